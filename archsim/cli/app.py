@@ -1,0 +1,131 @@
+"""The verbs and their options. Bodies import what they need, so that `--help` stays fast."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+import archsim
+from archsim.cli.edge import at_the_edge
+
+_PLAIN = {"rich_markup_mode": None, "no_args_is_help": True, "add_completion": False}
+
+app = typer.Typer(
+    name="archsim",
+    help="Cycle-approximate simulator of graphics-hardware architectures for shadow rendering.",
+    pretty_exceptions_enable=False,
+    **_PLAIN,
+)
+config_app = typer.Typer(name="config", help="Check and show configurations.", **_PLAIN)
+app.add_typer(config_app)
+
+Overrides = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="PATH=VALUE", help="Set a value, e.g. scene.resolution=[640,512]. Repeatable."),
+]
+Json = Annotated[bool, typer.Option("--json", help="Print JSON to stdout and nothing else.")]
+Out = Annotated[Path | None, typer.Option("--out", metavar="DIR", help="Folder for the results.")]
+
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        print(f"archsim {archsim.__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _root(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None:
+    """Options before the verb."""
+
+
+@app.command("run")
+@at_the_edge
+def _run(
+    config: Annotated[str, typer.Argument(metavar="CONFIG", help="A run's YAML file, or a packaged run's name.")],
+    overrides: Overrides = None,
+    model: Annotated[
+        str | None, typer.Option("--model", metavar="reference|compiled", help="The same as --set model=...")
+    ] = None,
+    out: Out = None,
+    as_json: Json = False,
+) -> None:
+    """Simulate one workload and leave a run folder (runs/NAME unless --out is given)."""
+    from archsim.cli.run import run
+
+    run(config, _with_model(overrides, model), out, as_json)
+
+
+@app.command("reproduce")
+@at_the_edge
+def _reproduce(
+    paper: Annotated[str, typer.Argument(metavar="[PAPER]")] = "johnson2004",
+    out: Out = None,
+    as_json: Json = False,
+) -> None:
+    """Regenerate a paper's tables, each printed number beside ours."""
+    from archsim.cli.reproduce import reproduce
+
+    reproduce(paper, out, as_json)
+
+
+@config_app.command("check")
+@at_the_edge
+def _config_check(
+    files: Annotated[list[str], typer.Argument(metavar="FILE...")],
+    overrides: Overrides = None,
+) -> None:
+    """Check run configurations; every problem is one line of file:line:column."""
+    from archsim.cli.configs import check
+
+    check(files, overrides or [])
+
+
+@config_app.command("show")
+@at_the_edge
+def _config_show(
+    file: Annotated[str, typer.Argument(metavar="FILE")],
+    overrides: Overrides = None,
+) -> None:
+    """Print a run configuration fully resolved; it runs again as it is."""
+    from archsim.cli.configs import show
+
+    show(file, overrides or [])
+
+
+@app.command("asm")
+@at_the_edge
+def _asm(file: Annotated[str, typer.Argument(metavar="FILE", help="An assembly file, or a kernel's name.")]) -> None:
+    """Assemble a kernel and print its listing with static counts and live registers."""
+    from archsim.cli.kernels import list_program
+
+    list_program(file)
+
+
+@app.command("disasm")
+@at_the_edge
+def _disasm(
+    file: Annotated[str, typer.Argument(metavar="FILE", help="An assembly file, or a kernel's name.")],
+) -> None:
+    """Assemble a kernel and print it in canonical form, which assembles again to the same program."""
+    from archsim.cli.kernels import print_canonical
+
+    print_canonical(file)
+
+
+@app.command("bench")
+@at_the_edge
+def _bench(as_json: Json = False) -> None:
+    """Measure simulated instructions a second and peak memory on this computer."""
+    from archsim.cli.bench import bench
+
+    bench(as_json)
+
+
+def _with_model(overrides: list[str] | None, model: str | None) -> list[str]:
+    return [*(overrides or []), *([f"model={model}"] if model else [])]

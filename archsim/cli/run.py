@@ -1,0 +1,71 @@
+"""`archsim run`."""
+
+from __future__ import annotations
+
+import sys
+import time
+from pathlib import Path
+
+import typer
+
+from archsim import resources
+from archsim.cli.bars import Bars
+from archsim.cli.console import print_summary
+from archsim.cli.edge import FAILED_CHECK
+from archsim.config import RunConfig, load_run, resolved_yaml
+from archsim.errors import did_you_mean, fail
+from archsim.report.run_page import run_report
+from archsim.run import simulate
+from archsim.run.folder import check_target, result_json, write_folder
+from archsim.run.manifest import make_manifest
+from archsim.run.result import Result
+from archsim.scene.scene import digest, load_scene
+
+
+def run(config_name: str, overrides: list[str], out: Path | None, as_json: bool) -> None:
+    """Simulate, write the run folder, say where it is."""
+    check_target(out)
+    config = load_run(find_run(config_name), overrides)
+
+    started = time.perf_counter()
+    with Bars() as bars:
+        result = simulate(config, bars)
+    folder = store(result, config, out, time.perf_counter() - started)
+
+    if as_json:
+        print(result_json(result), end="")
+    else:
+        print_summary(result)
+        print(f"written to {folder} (open {folder}/report.html)")
+    report_failed_checks(result)
+
+
+def store(result: Result, config: RunConfig, out: Path | None, wall_seconds: float) -> Path:
+    """Write the folder of a finished run and return its path."""
+    config_yaml = resolved_yaml(config)
+    mesh = config.scene.mesh
+    seed = None if isinstance(mesh, str) else mesh.seed
+    scene_digest = digest(load_scene(config.scene))
+    manifest = make_manifest(config_yaml, seed, scene_digest, sys.argv, wall_seconds)
+    return write_folder(out, result, config_yaml, manifest, run_report(result, config_yaml, manifest))
+
+
+def report_failed_checks(result: Result) -> None:
+    """A law that does not hold is said loudly: on stderr, and by exit code 1."""
+    for check in result.checks:
+        if not check.ok:
+            print(f"{result.name}: check failed: {check.name}: {check.detail}", file=sys.stderr)
+    if not result.ok:
+        raise typer.Exit(FAILED_CHECK)
+
+
+def find_run(name: str) -> str:
+    """The path of a run configuration: `name` itself if it is a file or a path, else that of the packaged run."""
+    if Path(name).exists() or "/" in name or name.endswith((".yaml", ".yml")):
+        return name
+    path = resources.config("runs", name)
+    if not path.is_file():
+        packaged = sorted(file.stem for file in path.parent.glob("*.yaml"))
+        hint = did_you_mean(name, packaged) or f"packaged runs: {', '.join(packaged)}"
+        raise fail(f"no file and no packaged run '{name}'", hint=hint)
+    return str(path)

@@ -1,0 +1,27 @@
+"""Configurations: YAML that people write -> frozen, checked sections."""
+
+from archsim.config.load import (
+    LoadedRun,
+    load_machine,
+    load_run,
+    load_run_with_origins,
+    load_scene,
+    resolved_yaml,
+)
+from archsim.config.machine import MachineConfig
+from archsim.config.run import RunConfig
+from archsim.config.scene import SceneConfig
+from archsim.config.workload import WorkloadConfig
+
+__all__ = [
+    "LoadedRun",
+    "MachineConfig",
+    "RunConfig",
+    "SceneConfig",
+    "WorkloadConfig",
+    "load_machine",
+    "load_run",
+    "load_run_with_origins",
+    "load_scene",
+    "resolved_yaml",
+]

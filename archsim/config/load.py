@@ -1,0 +1,110 @@
+"""From a file, or a packaged configuration, to a checked section; and back to text."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import NamedTuple, TypeVar
+
+from pydantic import BaseModel
+
+from archsim import resources
+from archsim.config.document import Node, dump
+from archsim.config.inheritance import is_file, load_tree, put, similar_file
+from archsim.config.machine import MachineConfig
+from archsim.config.run import RunConfig
+from archsim.config.scene import MESH_SUFFIXES, SceneConfig
+from archsim.config.validation import node_at, validate
+from archsim.errors import ArchsimError, Location, Problem, did_you_mean
+
+SECTIONS = ("scene", "workload", "machine")  # of a run; a path there is short for `{base: PATH}`
+
+Model = TypeVar("Model", bound=BaseModel)
+
+
+class LoadedRun(NamedTuple):
+    """A run and where each of its values is written."""
+
+    config: RunConfig
+    origins: dict[str, Location]  # of every dotted path; defaults are not among them
+
+    def origin(self, path: str) -> Location | None:
+        """Where the value at a dotted path is written; None for a default."""
+        return self.origins.get(path)
+
+
+def load_run(path: str | Path, overrides: Iterable[str] = ()) -> RunConfig:
+    """The run that a file describes, `dotted.path=value` overrides applied. Raises ArchsimError."""
+    return load_run_with_origins(path, overrides).config
+
+
+def load_run_with_origins(path: str | Path, overrides: Iterable[str] = ()) -> LoadedRun:
+    """As `load_run`, with the place where each value is written."""
+    tree = load_tree(path, overrides, SECTIONS)
+    config = _checked(RunConfig, *_with_mesh(tree, ("scene", "mesh")))
+    return LoadedRun(config, dict(_origins(tree, "")))
+
+
+def load_machine(path: str | Path, overrides: Iterable[str] = ()) -> MachineConfig:
+    """The machine that a file describes. Raises ArchsimError."""
+    return _checked(MachineConfig, load_tree(path, overrides), [])
+
+
+def load_scene(path: str | Path, overrides: Iterable[str] = ()) -> SceneConfig:
+    """The scene that a file describes, the path of its mesh made absolute. Raises ArchsimError."""
+    return _checked(SceneConfig, *_with_mesh(load_tree(path, overrides), ("mesh",)))
+
+
+def resolved_yaml(config: BaseModel) -> str:
+    """The whole section as text, defaults and bases written out; loading it gives an equal section."""
+    return dump(config.model_dump())
+
+
+def _checked(model: type[Model], tree: Node, problems: list[Problem]) -> Model:
+    """The section of a tree. Raises ArchsimError with its problems and those found before."""
+    section, found = validate(model, tree)
+    if section is None or problems:
+        raise ArchsimError([*problems, *found])
+    return section
+
+
+def _with_mesh(tree: Node, path: tuple[str, ...]) -> tuple[Node, list[Problem]]:
+    """The tree with the mesh at a path absolute where it names a file, and what is wrong with its name."""
+    node, reached = node_at(tree, path)
+    if not reached or not isinstance(node.value, str):
+        return tree, []
+    name = Path(node.value)
+    if not name.suffix and len(name.parts) == 1:
+        return tree, _packaged_problems(node.value, node.where)
+    if name.suffix.lower() not in MESH_SUFFIXES:
+        what = f"'{node.value}' is not a mesh file of a known type ({', '.join(MESH_SUFFIXES)})"
+        return tree, [Problem(node.where, what)]
+
+    absolute = Path(os.path.abspath(node.folder / name.expanduser()))
+    if not is_file(absolute):
+        what = f"no such mesh file: '{node.value}'"
+        return tree, [Problem(node.where, what, similar_file(node.value, node.folder))]
+    return put(tree, list(path), replace(node, value=str(absolute))), []
+
+
+def _packaged_problems(name: str, where: Location) -> list[Problem]:
+    names = resources.mesh_names()
+    if name in names:
+        return []
+    hint = did_you_mean(name, names) or f"packaged meshes are {', '.join(names)}"
+    return [Problem(where, f"no packaged mesh is named '{name}'", hint)]
+
+
+def _origins(node: Node, path: str) -> Iterator[tuple[str, Location]]:
+    """Dotted path and place of the node's children, and of theirs."""
+    children: Iterable[tuple[object, Node]] = ()
+    if isinstance(node.value, dict):
+        children = node.value.items()
+    elif isinstance(node.value, list):
+        children = enumerate(node.value)
+    for key, child in children:
+        dotted = f"{path}.{key}" if path else str(key)
+        yield dotted, child.where
+        yield from _origins(child, dotted)

@@ -1,0 +1,215 @@
+"""The machine section: clocks, components by name, which cores do what; and the checks between components."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import Annotated, TypeVar
+
+from pydantic import Field, model_validator
+
+from archsim.config.components import (
+    INTERLEAVED,
+    CacheConfig,
+    ComponentConfig,
+    CoreConfig,
+    DramConfig,
+    FifoConfig,
+    LocksConfig,
+    UnitConfig,
+)
+from archsim.config.section import ComponentName, Finding, Name, Section, report
+from archsim.errors import did_you_mean
+from archsim.units import Frequency, clock_periods, format_bytes
+
+MAX_PERIOD_TICKS = 10**6
+
+Kind = TypeVar("Kind", CoreConfig, CacheConfig, UnitConfig, FifoConfig, LocksConfig, DramConfig)
+
+
+class RolesConfig(Section):
+    """The group of cores that runs each phase of irregular shadow mapping."""
+
+    izb_build: str
+    izb_raster: str
+
+
+class MachineConfig(Section):
+    """A graph of components; they refer to each other, and to clocks, by name."""
+
+    name: Name
+    clocks: Annotated[dict[ComponentName, Frequency], Field(min_length=1)]
+    components: dict[ComponentName, ComponentConfig]
+    roles: RolesConfig
+
+    def all_of(self, kind: type[Kind]) -> dict[str, Kind]:
+        """The components of one kind by name."""
+        return {name: each for name, each in self.components.items() if isinstance(each, kind)}
+
+    def find(self, name: str, kind: type[Kind]) -> Kind | None:
+        """The component of that name if it is of that kind."""
+        component = self.components.get(name)
+        return component if isinstance(component, kind) else None
+
+    def feeder(self, fifo: str) -> UnitConfig | None:
+        """The unit whose output is the fifo of that name."""
+        return next((unit for unit in self.all_of(UnitConfig).values() if unit.output == fifo), None)
+
+    @model_validator(mode="after")
+    def _check(self) -> MachineConfig:
+        checks = (
+            _names,
+            _circles,
+            _lines,
+            _core_clocks,
+            _private_caches,
+            _requests,
+            _feeders,
+            _ticks,
+            _roles,
+        )
+        report([finding for check in checks for finding in check(self)])
+        return self
+
+
+def _names(machine: MachineConfig) -> Iterator[Finding]:
+    """Names of clocks and components that do not exist or are of the wrong kind."""
+    if INTERLEAVED in machine.components:
+        yield Finding(("components", INTERLEAVED), "is a word that `tasks` understands; choose another name")
+    for name, component in machine.components.items():
+        path = ("components", name)
+        for key, kinds in _REFERENCES.get(component.kind, {}).items():
+            yield from _reference(machine, (*path, key), getattr(component, key), kinds)
+        clock = getattr(component, "clock", None)
+        if clock is not None and clock not in machine.clocks:
+            yield Finding((*path, "clock"), f"no clock is named '{clock}'", _near(clock, machine.clocks))
+    for role, name in machine.roles:
+        yield from _reference(machine, ("roles", role), name, ("core",))
+
+
+# The kinds that a key of a component may name.
+_REFERENCES: dict[str, dict[str, tuple[str, ...]]] = {
+    "core": {"memory": ("cache",), "locks": ("locks",), "tasks": ("fifo",)},
+    "cache": {"next": ("cache", "dram")},
+    "unit": {"output": ("fifo",)},
+}
+
+
+def _reference(
+    machine: MachineConfig, path: tuple[str, ...], name: str | None, kinds: tuple[str, ...]
+) -> Iterator[Finding]:
+    if name is None or (path[-1] == "tasks" and name == INTERLEAVED):
+        return
+    fitting = [other for other, each in machine.components.items() if each.kind in kinds]
+    if path[-1] == "tasks":
+        fitting.append(INTERLEAVED)
+    wanted = " or ".join(kinds)
+    found = machine.components.get(name)
+    if found is None:
+        yield Finding(path, f"no {wanted} is named '{name}'", _near(name, fitting))
+    elif found.kind not in kinds:
+        yield Finding(path, f"must name a {wanted}; '{name}' is a {found.kind}", _near(name, fitting))
+
+
+def _near(word: str, choices: Iterable[str]) -> str:
+    known = list(choices)
+    return did_you_mean(word, known) or (f"there are: {', '.join(known)}" if known else "there is none")
+
+
+def _path_down(machine: MachineConfig, name: str) -> list[str]:
+    """Names of the caches from one downwards, each once."""
+    path: list[str] = []
+    cache = machine.find(name, CacheConfig)
+    while cache is not None and name not in path:
+        path.append(name)
+        name = cache.next
+        cache = machine.find(name, CacheConfig)
+    return path
+
+
+def _circles(machine: MachineConfig) -> Iterator[Finding]:
+    """Caches that lead back to themselves, once for each circle."""
+    seen: set[str] = set()
+    for name in machine.all_of(CacheConfig):
+        path = _path_down(machine, name)
+        last = machine.components[path[-1]]
+        if isinstance(last, CacheConfig) and last.next == name and name not in seen:
+            seen.update(path)
+            yield Finding(("components", name, "next"), f"caches in a circle: {' -> '.join([*path, name])}")
+
+
+def _lines(machine: MachineConfig) -> Iterator[Finding]:
+    """Lines that are longer than those of the next level."""
+    for name, cache in machine.all_of(CacheConfig).items():
+        parent = machine.find(cache.next, CacheConfig)
+        if parent is not None and cache.line > parent.line:
+            what = f"must not be longer than the line of '{cache.next}', {format_bytes(parent.line)}"
+            yield Finding(("components", name, "line"), what)
+
+
+def _core_clocks(machine: MachineConfig) -> Iterator[Finding]:
+    """Caches on another clock than the cores above them."""
+    for group, core in machine.all_of(CoreConfig).items():
+        for name in _path_down(machine, core.memory):
+            cache = machine.find(name, CacheConfig)
+            if cache is not None and cache.clock != core.clock:
+                what = f"must be '{core.clock}', the clock of '{group}', not '{cache.clock}'"
+                yield Finding(("components", name, "clock"), what)
+
+
+def _private_caches(machine: MachineConfig) -> Iterator[Finding]:
+    """Private caches below other caches."""
+    for name, cache in machine.all_of(CacheConfig).items():
+        parent = machine.find(cache.next, CacheConfig)
+        if parent is not None and parent.private:
+            what = f"'{cache.next}' is private to a core, so it can't be the next level of a cache"
+            yield Finding(("components", name, "next"), what)
+
+
+def _requests(machine: MachineConfig) -> Iterator[Finding]:
+    """Last caches whose lines do not fit their DRAM's bursts or rows, or differ."""
+    first: dict[str, tuple[str, int]] = {}
+    for name, cache in machine.all_of(CacheConfig).items():
+        dram = machine.find(cache.next, DramConfig)
+        if dram is None:
+            continue
+        path = ("components", name, "line")
+        burst = dram.burst_beats * dram.channel_width
+        if cache.line % burst:
+            yield Finding(
+                path, f"must be a whole number of bursts of '{cache.next}', {format_bytes(burst)} each"
+            )
+        if dram.row_bytes % cache.line:
+            row = format_bytes(dram.row_bytes)
+            yield Finding(path, f"must divide the rows of '{cache.next}', {row}")
+        other, line = first.setdefault(cache.next, (name, cache.line))
+        if line != cache.line:
+            yield Finding(path, f"must be that of '{other}', {format_bytes(line)}: both use '{cache.next}'")
+
+
+def _feeders(machine: MachineConfig) -> Iterator[Finding]:
+    """Fifos that cores take tasks from and that not exactly one unit feeds."""
+    units = machine.all_of(UnitConfig)
+    for name, core in machine.all_of(CoreConfig).items():
+        if machine.find(core.tasks, FifoConfig) is None:
+            continue
+        feeders = [unit for unit, each in units.items() if each.output == core.tasks]
+        if len(feeders) != 1:
+            count = f"{len(feeders)} do: {', '.join(feeders)}" if feeders else "none does"
+            what = f"exactly one unit must have the fifo '{core.tasks}' as output; {count}"
+            yield Finding(("components", name, "tasks"), what)
+
+
+def _ticks(machine: MachineConfig) -> Iterator[Finding]:
+    """Clocks whose common divisor is too small for time to be counted in it."""
+    longest = max(clock_periods(machine.clocks).values())
+    if longest > MAX_PERIOD_TICKS:
+        what = f"have no useful common divisor: a period would be {longest} ticks, above {MAX_PERIOD_TICKS}"
+        yield Finding(("clocks",), what, "choose rounder frequencies")
+
+
+def _roles(machine: MachineConfig) -> Iterator[Finding]:
+    """Cores that lack what their role needs."""
+    builder = machine.find(machine.roles.izb_build, CoreConfig)
+    if builder is not None and builder.locks is None:
+        what = f"'{machine.roles.izb_build}' has no locks; the build phase needs them"
+        yield Finding(("roles", "izb_build"), what)

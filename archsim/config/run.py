@@ -1,0 +1,31 @@
+"""A run: one workload on one scene, played on one machine."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from archsim.config.machine import MachineConfig
+from archsim.config.scene import SceneConfig
+from archsim.config.section import Finding, Name, Section, report
+from archsim.config.workload import WorkloadConfig
+
+
+class RunConfig(Section):
+    """Everything that a run depends on."""
+
+    name: Name
+    scene: SceneConfig
+    workload: WorkloadConfig
+    machine: MachineConfig
+    model: Literal["reference", "compiled"] = "compiled"
+    seed: Annotated[int, Field(ge=0, le=2**32 - 1)] = 0
+
+    @model_validator(mode="after")
+    def _check(self) -> RunConfig:
+        num_lights = len(self.scene.lights)
+        if self.workload.light >= num_lights:
+            what = f"the scene has {num_lights} lights, counted from 0; there is no {self.workload.light}"
+            report([Finding(("workload", "light"), what)])
+        return self

@@ -1,0 +1,53 @@
+"""What all sections of a configuration have in common, and how their own checks report what they find."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, NamedTuple
+
+from pydantic import BaseModel, ConfigDict, Field
+
+Count = Annotated[int, Field(ge=1, le=1_000_000)]
+Coordinate = Annotated[float, Field(ge=-1e9, le=1e9)]
+Vector = Annotated[tuple[Coordinate, Coordinate, Coordinate], Field(strict=False)]
+Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9 _.+-]{0,99}$")]
+ComponentName = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_-]{0,99}$")]
+
+
+class Section(BaseModel):
+    """A mapping of known keys. Frozen; unknown keys, NaN, infinity and mixed-up types are errors."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
+
+
+class Finding(NamedTuple):
+    """Something wrong, at a path of keys inside the section that was checked."""
+
+    path: tuple[str | int, ...]
+    what: str
+    hint: str | None = None
+
+
+class FindingsError(ValueError):
+    """Everything that the check of a section found. ValueError, so that pydantic collects it."""
+
+    def __init__(self, findings: list[Finding]):
+        self.findings = findings
+        lines = [f"{'.'.join(str(part) for part in each.path)}: {each.what}" for each in findings]
+        super().__init__("\n".join(lines))
+
+
+def report(findings: list[Finding]) -> None:
+    """Raises FindingsError unless there is nothing to report."""
+    if findings:
+        raise FindingsError(findings)
+
+
+def is_power_of_two(number: int) -> bool:
+    """True for 1, 2, 4, ..."""
+    return number > 0 and number & (number - 1) == 0
+
+
+def key_of(section: Any, key: str) -> str | None:
+    """The text under a key of a mapping or section, for telling kinds of sections apart."""
+    value = section.get(key) if isinstance(section, dict) else getattr(section, key, None)
+    return value if isinstance(value, str) else None

@@ -1,0 +1,77 @@
+"""The build phase: `kernels/izb_build.s` over tiles of pixels."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from archsim.execute.interpreter import execute
+from archsim.execute.izb_memory import IzbMemory
+from archsim.isa.assembler import load_kernel
+from archsim.shadow.grid import Grid
+from archsim.shadow.pixel_tiles import PixelTiles, populated_tiles
+from archsim.shadow.transform import LightTransform
+from archsim.trace.records import Tasks
+from archsim.trace.stream import Work, chunked
+
+CHUNK_TASKS = 1024
+LAST_CONSTANT = 255
+
+
+def build_work(
+    memory: IzbMemory, grid: Grid, tiles: PixelTiles, transform: LightTransform, order: np.ndarray
+) -> Work:
+    """One task for each tile in `order`. The lists are in memory when the work has been drawn to its end."""
+    return chunked(len(order), _execute(memory, constants(grid, transform), attributes(memory, tiles)[order]))
+
+
+def _execute(memory: IzbMemory, constant: np.ndarray, attribute: np.ndarray) -> Iterator[Tasks]:
+    program = load_kernel("izb_build")
+    for start in range(0, len(attribute), CHUNK_TASKS):
+        chunk = attribute[start : start + CHUNK_TASKS]
+        yield execute(program, chunk, constant, memory.windows, memory.words).tasks
+
+
+def tile_order(tiles: PixelTiles, num_threads: int, block: bool) -> np.ndarray:
+    """Populated tiles in the order in which threads 0, 1, ... 0, 1, ... take them.
+
+    Interleaved: neighbours in the image go to different threads. Block: each thread has one run of neighbouring tiles.
+    """
+    populated = populated_tiles(tiles)
+    if not block:
+        return populated
+    blocks = np.array_split(populated, num_threads)  # the longer blocks come first
+    rounds = [[part[k] for part in blocks if k < len(part)] for k in range(len(blocks[0]))]
+    return np.array([tile for turn in rounds for tile in turn], dtype=np.int64)
+
+
+def attributes(memory: IzbMemory, tiles: PixelTiles) -> np.ndarray:
+    """float32 [tiles, 2, 4]: v[0] and v[1] of the kernel."""
+    tile = np.arange(len(tiles.origins))
+    first_pixel = tile * tiles.num_pairs * 2
+    attribute = np.zeros((len(tile), 2, 4), np.float32)
+    attribute[:, 0, 0] = -tiles.num_pairs
+    attribute[:, 0, 1] = memory.first_node + first_pixel
+    attribute[:, 0, 2] = memory.first_node + first_pixel + 1
+    attribute[:, 0, 3] = memory.first_pair + first_pixel // 2
+    attribute[:, 1, :2] = tiles.origins
+    return attribute
+
+
+def constants(grid: Grid, transform: LightTransform) -> np.ndarray:
+    """float32 [256, 4]: c[] of the kernel."""
+    constant = np.zeros((256, 4), np.float32)
+    area, tiles_wide = grid.tile_area, grid.tiles_wide
+    constant[0] = (1, 2, 2, 1)
+    constant[1] = transform.step_x
+    constant[2] = transform.step_y
+    constant[3] = transform.depth
+    constant[4, 0] = grid.logical_width
+    constant[5] = (1 / grid.physical_width, 1 / grid.physical_height) * 2
+    constant[6] = (grid.tile_width, grid.tile_height) * 2
+    constant[7] = (grid.tiles_wide, grid.tiles_high) * 2
+    constant[8] = (area - grid.tile_width, tiles_wide * area - area) * 2
+    constant[9] = (grid.tile_width, area) * 2
+    constant[LAST_CONSTANT - len(transform.pair) : LAST_CONSTANT] = transform.pair
+    return constant

@@ -1,0 +1,61 @@
+"""The only door to numba: `njit` with a disk cache that notices edits in every source file.
+
+Numba's own cache keys a function by its own file, so an edit to a callee elsewhere would go unseen, and it ignores
+NUMBA_BOUNDSCHECK. Here the cache folder's name is a digest of every source file of the package and of that flag.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shutil
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import platformdirs
+
+_PACKAGE = Path(__file__).resolve().parent
+_KEPT_CACHES = 8
+
+
+def code_digest() -> str:
+    """Digest of every Python source file of the package: the identity of the code that produced a result."""
+    digest = hashlib.sha256()
+    for path in sorted(_PACKAGE.rglob("*.py")):
+        digest.update(path.relative_to(_PACKAGE).as_posix().encode())
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+def _cache_folder() -> Path:
+    root = Path(os.environ.get("ARCHSIM_CACHE_DIR") or platformdirs.user_cache_dir("archsim")) / "numba"
+    flavour = os.environ.get("NUMBA_BOUNDSCHECK", "0")
+    key = f"{code_digest()[:16]}-b{flavour}-py{sys.version_info.major}{sys.version_info.minor}"
+    _forget_old(root, keep=key)
+    return root / key
+
+
+def _forget_old(root: Path, keep: str) -> None:
+    """Remove all but the newest caches, so that edits do not fill the disk."""
+    if not root.is_dir() or (root / keep).is_dir():
+        return
+    folders = sorted((f for f in root.iterdir() if f.is_dir()), key=lambda f: f.stat().st_mtime, reverse=True)
+    for folder in folders[_KEPT_CACHES - 1 :]:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+os.environ["NUMBA_CACHE_DIR"] = str(_cache_folder())
+
+import numba  # noqa: E402  (the cache folder must be known before numba is imported)
+
+numba.config.CACHE_DIR = os.environ["NUMBA_CACHE_DIR"]  # numba may have been imported before us
+
+
+def njit(function: Callable[..., Any] | None = None, **options: Any) -> Any:
+    """Compile in nopython mode with the disk cache on. IEEE arithmetic: no fastmath, no contraction."""
+    options.setdefault("cache", True)
+    if function is None:
+        return lambda f: numba.njit(f, **options)
+    return numba.njit(function, **options)

@@ -1,0 +1,72 @@
+"""What both models return: every counter once, in plain integer arrays, so that equality means equal."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from archsim.machine.spec import MachineSpec
+
+# Why an issue slot was empty. A stall on memory is charged to the level that supplied the line:
+# SUPPLIER + i for cache i, SUPPLIER + num_caches for the DRAM.
+STALL_NO_WORK = 0
+STALL_LOCK = 1
+STALL_SUPPLIER = 2
+
+
+class Counters(NamedTuple):
+    """Counters of one phase. [C] cores, [K] caches, [H] DRAM channels; see machine/README.md for each definition."""
+
+    cycles: int  # core cycles until the last thread found no work left
+    useful: np.ndarray  # [C] issue slots in which an instruction was issued
+    stalled: np.ndarray  # [C, 2 + K + 1] empty issue slots by reason
+    tasks: np.ndarray  # [C] tasks finished
+    emitted: np.ndarray  # [C] EMIT operations
+    locks_taken: int  # LOCK operations granted
+    locks_waited: int  # LOCK operations that found the lock held
+    lock_wait_ticks: int  # ticks between asking and grant, summed over those
+    cache_reads: np.ndarray  # [K] read lookups (LOAD, or a child's fetch) that were accepted
+    cache_writes: np.ndarray  # [K] write lookups (STORE) that were accepted
+    cache_writebacks_in: np.ndarray  # [K] write-backs from children that were accepted
+    cache_hits: np.ndarray  # [K] accepted lookups of any kind that found their line present
+    cache_merges: np.ndarray  # [K] accepted lookups of any kind that found their line on its way
+    cache_misses: np.ndarray  # [K] accepted lookups of any kind that found no line
+    cache_fetches: np.ndarray  # [K] lines fetched from the next level
+    cache_writebacks_out: np.ndarray  # [K] dirty victims sent to the next level
+    cache_blocked: np.ndarray  # [K] cycles in which the oldest waiting request could not be accepted
+    cache_fetch_ticks: np.ndarray  # [K] ticks from a fetch reaching the next level to its fill, summed
+    dram_reads: np.ndarray  # [H] read requests served (last burst issued)
+    dram_writes: np.ndarray  # [H] write requests served (last burst issued)
+    dram_row_hits: np.ndarray  # [H] requests whose row was open when first considered
+    dram_row_misses: np.ndarray  # [H] requests whose bank was closed when first considered
+    dram_row_conflicts: np.ndarray  # [H] requests that met another open row when first considered
+    dram_activates: np.ndarray  # [H] ACT commands
+    dram_precharges: np.ndarray  # [H] PRE commands (a precharge-all counts once)
+    dram_refreshes: np.ndarray  # [H] REF commands
+    dram_data_clocks: np.ndarray  # [H] memory clocks in which the data bus carried data
+
+
+def no_counters(spec: MachineSpec) -> Counters:
+    """Counters of a run in which nothing happened."""
+    num_cores, num_caches, num_channels = spec.core.num_cores, len(spec.caches), spec.dram.num_channels
+    shapes = {
+        "useful": num_cores,
+        "stalled": (num_cores, STALL_SUPPLIER + num_caches + 1),
+        "tasks": num_cores,
+        "emitted": num_cores,
+    }
+    values: dict[str, int | np.ndarray] = {}
+    for name in Counters._fields:
+        if name.startswith("cache_"):
+            values[name] = np.zeros(num_caches, np.int64)
+        elif name.startswith("dram_"):
+            values[name] = np.zeros(num_channels, np.int64)
+        else:
+            values[name] = np.zeros(shapes[name], np.int64) if name in shapes else 0
+    return Counters(**values)
+
+
+def added(a: Counters, b: Counters) -> Counters:
+    """Two phases on the same machine, one after the other."""
+    return Counters(*(x + y for x, y in zip(a, b, strict=True)))

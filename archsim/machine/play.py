@@ -1,0 +1,22 @@
+"""Play work on a machine, by either model."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib import import_module
+
+from archsim.machine.counters import Counters
+from archsim.machine.spec import MachineSpec
+from archsim.trace.stream import Work
+
+MODELS = ("reference", "compiled")
+
+
+def play(
+    model: str, spec: MachineSpec, work: Work, progress: Callable[[int, int], None] | None = None
+) -> Counters:
+    """Counters of the work on the machine. Loads only the model asked for: each brings a heavy library."""
+    if model not in MODELS:
+        raise ValueError(f"no model named {model!r}")
+    counters: Counters = import_module(f"archsim.machine.{model}").simulate(spec, work, progress)
+    return counters

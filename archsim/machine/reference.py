@@ -1,0 +1,177 @@
+"""The whole machine, to be believed: builds the components' SimPy models, runs them, reads their counters."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Iterable
+from typing import Any
+
+import numpy as np
+import simpy
+
+from archsim.errors import ArchsimError, DeadlockError, Problem, fail
+from archsim.machine.counters import Counters
+from archsim.machine.spec import MachineSpec
+from archsim.model.cache.reference import Cache, Kind
+from archsim.model.cache.spec import DRAM_PARENT
+from archsim.model.core.reference import LOCK, NO_WORK, Core, State, Thread
+from archsim.model.core.spec import TaskOrder
+from archsim.model.dram.reference import Dram
+from archsim.model.fifo.reference import Fifo
+from archsim.model.locks.reference import Locks
+from archsim.model.reference import Phase, at
+from archsim.model.unit.reference import Source
+from archsim.trace.stream import Work
+
+Progress = Callable[[int, int], None]  # (tasks finished, tasks in all)
+
+
+def simulate(spec: MachineSpec, work: Work, progress: Progress | None = None) -> Counters:
+    """Play `work` on the machine `spec` and return its counters. The whole work is held in memory.
+
+    Raises ArchsimError for work that the machine cannot do, DeadlockError when it gets stuck.
+    """
+    machine = Machine(spec, _all_tasks(work))
+    if work.num_tasks > 0:
+        try:
+            machine.env.run(until=machine.env.process(machine.watch(progress)))
+        except ArchsimError as error:
+            raise error.__cause__ or error from None  # SimPy raises a copy of a process's error
+    return machine.counters()
+
+
+def _all_tasks(work: Work) -> list[Any]:
+    """The records of every task."""
+    tasks = [
+        chunk.records[chunk.starts[i] : chunk.starts[i + 1]]
+        for chunk in work.chunks
+        for i in range(chunk.num_tasks)
+    ]
+    if len(tasks) != work.num_tasks:
+        raise fail(f"the work holds {len(tasks)} tasks, {work.num_tasks} were announced")
+    return tasks
+
+
+class Machine:
+    """The components of one machine, wired."""
+
+    def __init__(self, spec: MachineSpec, tasks: list[Any]):
+        self.spec, self.num_tasks = spec, len(tasks)
+        self.env = simpy.Environment()
+        self.locks = Locks(spec.locks)
+        self.dram = Dram(spec.dram, self.env, len(spec.caches), spec.core.period_ticks)
+        self.caches = self._make_caches()
+        self.source: Source | None = None
+        take = self._make_take(tasks)
+        self.cores = [
+            Core(spec.core, self.env, index, self.caches[spec.core_cache[index]], self.locks, take)
+            for index in range(spec.core.num_cores)
+        ]
+        for process in self._processes():
+            self.env.process(process)
+
+    def _processes(self) -> list[Generator[simpy.Event, None, None]]:
+        sources = [] if self.source is None else [self.source]
+        components: list[Any] = [*sources, *self.cores, *self.caches, *self.dram.channels]
+        return [component.run() for component in components]
+
+    def _make_caches(self) -> list[Cache]:
+        """Parents first, because a child is built with its parent."""
+        spec = self.spec
+        caches: dict[int, Cache] = {}
+        for index in reversed(range(len(spec.caches))):
+            one = spec.caches[index]
+            parent = self.dram if one.parent == DRAM_PARENT else caches[one.parent]
+            sender = spec.core.num_cores + index
+            caches[index] = Cache(one, self.env, index, sender, spec.core.period_ticks, parent)
+        return [caches[index] for index in range(len(spec.caches))]
+
+    def _make_take(self, tasks: list[Any]) -> Callable[[Thread], Any]:
+        """How a thread gets its next task, None when it idles or retires instead."""
+        core, source = self.spec.core, self.spec.source
+        if core.task_order == TaskOrder.FIRST_FREE and source.interval_cycles > 0:
+            self.source = Source(source, self.env, core.period_ticks, tasks, Fifo(self.spec.fifo))
+            return self.source.take
+
+        stream = iter(tasks)
+        num_threads = core.num_cores * core.num_threads
+        own = [iter(tasks[number::num_threads]) for number in range(num_threads)]
+
+        def take(thread: Thread) -> Any:
+            mine = stream if core.task_order == TaskOrder.FIRST_FREE else own[thread.number]
+            task = next(mine, None)
+            if task is None:
+                thread.retire()
+            return task
+
+        return take
+
+    def watch(self, progress: Progress | None) -> Generator[simpy.Event, None, None]:
+        """The process that ends the run: at the core edge at which the last task was finished."""
+        tick = finished = 0
+        while finished < self.num_tasks:
+            yield at(self.env, tick, Phase.END)
+            finished = sum(core.tasks for core in self.cores)
+            if progress is not None:
+                progress(finished, self.num_tasks)
+            if finished < self.num_tasks:
+                self._check_deadlock()
+            tick += self.spec.core.period_ticks
+
+    def _check_deadlock(self) -> None:
+        """Stuck: no thread is ready, none will get data, none will be handed a task."""
+        states = {thread.state for core in self.cores for thread in core.threads}
+        if states <= {State.WAITING_LOCK, State.IDLE, State.RETIRED}:
+            if self.source is not None and self.source.can_make():
+                return
+            waits = [
+                f"{thread} waits for lock {number}, held by {holder}"
+                for thread, number, holder in self.locks.waiting()
+            ]
+            raise DeadlockError([Problem(None, f"deadlock at tick {self.env.now}: {wait}") for wait in waits])
+
+    def counters(self) -> Counters:
+        cycles = max(core.last_finish_tick for core in self.cores) // self.spec.core.period_ticks
+        return Counters(
+            cycles=cycles,
+            useful=_array(core.useful for core in self.cores),
+            stalled=np.array([self._stalled(core, cycles) for core in self.cores], np.int64),
+            tasks=_array(core.tasks for core in self.cores),
+            emitted=_array(core.emitted for core in self.cores),
+            locks_taken=self.locks.taken,
+            locks_waited=self.locks.waited,
+            lock_wait_ticks=self.locks.wait_ticks,
+            **self._cache_counters(),
+            **self._dram_counters(),
+        )
+
+    def _stalled(self, core: Core, cycles: int) -> list[int]:
+        """Empty slots by reason; those after the last issue had no work."""
+        after_last = cycles - (core.last_issue_tick // self.spec.core.period_ticks + 1)
+        levels = range(len(self.caches) + 1)
+        return [core.stalled[NO_WORK] + after_last, core.stalled[LOCK], *(core.stalled[i] for i in levels)]
+
+    def _cache_counters(self) -> dict[str, np.ndarray]:
+        caches = self.caches
+        return {
+            "cache_reads": _array(cache.accepted[Kind.READ] for cache in caches),
+            "cache_writes": _array(cache.accepted[Kind.WRITE] for cache in caches),
+            "cache_writebacks_in": _array(cache.accepted[Kind.WRITEBACK] for cache in caches),
+            "cache_hits": _array(cache.hits for cache in caches),
+            "cache_merges": _array(cache.merges for cache in caches),
+            "cache_misses": _array(cache.misses for cache in caches),
+            "cache_fetches": _array(cache.fetches for cache in caches),
+            "cache_writebacks_out": _array(cache.writebacks_out for cache in caches),
+            "cache_blocked": _array(cache.blocked for cache in caches),
+            "cache_fetch_ticks": _array(cache.fetch_ticks for cache in caches),
+        }
+
+    def _dram_counters(self) -> dict[str, np.ndarray]:
+        names = ["reads", "writes", "row_hits", "row_misses", "row_conflicts"]
+        names += ["activates", "precharges", "refreshes", "data_clocks"]
+        return {
+            f"dram_{name}": _array(channel.counts[name] for channel in self.dram.channels) for name in names
+        }
+
+
+def _array(values: Iterable[int]) -> np.ndarray:
+    return np.array(list(values), np.int64)

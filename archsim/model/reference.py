@@ -1,0 +1,40 @@
+"""The clockwork of every reference model: SimPy events ordered by tick, phase and index, never by chance."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from enum import IntEnum
+
+import simpy
+from simpy.events import EventPriority
+
+_INDICES = 1 << 20  # more than any phase has components
+
+
+class Phase(IntEnum):
+    """What happens first within one tick; machine/README.md says why."""
+
+    FILL = 1  # data comes back
+    SOURCE = 2  # the source makes a task
+    ISSUE = 3  # cores issue, by core index
+    END = 4  # the run is over when the last task is finished
+    ARRIVE = 5  # requests join the queue they were sent to, by sender
+    LOOKUP = 6  # caches look up, by cache index
+    COMMAND = 7  # channels issue commands, by channel index
+
+
+def at(env: simpy.Environment, tick: int, phase: Phase, index: int = 0) -> simpy.Event:
+    """The event that comes at `tick` in `phase`, after those of a smaller index: `yield at(...)`.
+
+    Events of one tick, phase and index come in the order in which they were asked for.
+    """
+    event = simpy.Event(env)
+    event._ok, event._value = True, None  # triggered, as simpy.Timeout does it
+    env.schedule(event, EventPriority(phase * _INDICES + index), tick - env.now)
+    return event
+
+
+def call(event: simpy.Event, function: Callable[..., None], *arguments: object) -> None:
+    """Call `function(*arguments)` when `event` comes."""
+    assert event.callbacks is not None
+    event.callbacks.append(lambda _: function(*arguments))

@@ -1,0 +1,1 @@
+"""Papers' tables regenerated: one module a paper, each printed number beside ours."""

@@ -1,0 +1,53 @@
+"""A cell of a paper's table: what is printed, what we get, and what kind of comparison that is."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+EXACT, CALIBRATED, PREDICTED, NOT_COMPARABLE = "exact", "calibrated", "predicted", "not comparable"
+
+KINDS = {
+    EXACT: "a size or formula; has to be equal",
+    CALIBRATED: "a property of the workload; the stand-in scene was chosen to come near it",
+    PREDICTED: "comes out of the simulated machine; never fed in",
+    NOT_COMPARABLE: "defined in another way than ours; see the note",
+}
+
+Printed = int | float | list[int] | list[float]
+
+
+class Cell(NamedTuple):
+    """One number of a paper beside ours."""
+
+    paper: str
+    table: int
+    row: str
+    column: str
+    kind: str  # one of KINDS
+    printed: Printed  # a number, or the [lowest, highest] of a printed range
+    ours: int | float
+    unit: str
+    error_percent: float | None  # ours against printed, signed; against a range, the distance to its nearer end
+
+
+class Place(NamedTuple):
+    """Where a cell stands."""
+
+    paper: str
+    table: int
+    row: str
+    column: str
+
+
+def make_cell(place: Place, kind: str, printed: Printed, ours: int | float, unit: str) -> Cell:
+    """A cell with its error."""
+    return Cell(*place, kind, printed, ours, unit, error_percent(printed, ours))
+
+
+def error_percent(printed: Printed, ours: int | float) -> float | None:
+    """100 (ours - printed) / printed, 0 inside a printed range; None where printed is 0."""
+    low, high = (printed[0], printed[-1]) if isinstance(printed, list) else (printed, printed)
+    nearest = min(max(ours, low), high)
+    if nearest == 0:
+        return None
+    return round(100.0 * (ours - nearest) / nearest, 4)

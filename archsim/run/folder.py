@@ -1,0 +1,205 @@
+"""The run folder: written beside its final name and renamed when whole; a killed run leaves nothing that looks finished.
+
+A folder is an archsim run when it holds `manifest.json`, which is written last.
+"""
+
+from __future__ import annotations
+
+import errno
+import io
+import itertools
+import json
+import math
+import os
+import re
+import shutil
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from archsim.errors import Location, fail
+from archsim.run.result import Check, Result, Statistic
+
+MANIFEST = "manifest.json"
+_LIT, _SHADOWED = (255, 247, 222), (38, 52, 94)  # RGB of shadow.png
+
+
+class StoredRun(NamedTuple):
+    """A run folder, read back."""
+
+    path: Path
+    result: Result  # without histograms and maps, which live in the report only
+    config_yaml: str
+    manifest: dict[str, Any]
+
+
+def write_folder(
+    out: Path | None, result: Result, config_yaml: str, manifest: Mapping[str, Any], report_html: str
+) -> Path:
+    """Write the run folder and return its path.
+
+    `out` None: a fresh name below `runs/`. An `out` that is an archsim run is replaced; at every moment it is the old
+    run, the new run, or absent. Raises ArchsimError if `out` is something else or cannot be written.
+    """
+    target = out.resolve() if out is not None else Path("runs") / _file_name(result.name)
+    check_target(out)
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        temporary = Path(tempfile.mkdtemp(prefix=f".{target.name}-unfinished-", dir=target.parent))
+        try:
+            temporary.chmod(0o755)
+            _fill(temporary, result, config_yaml, manifest, report_html)
+            published = _publish(temporary, target, replace=out is not None)
+        finally:
+            shutil.rmtree(temporary, ignore_errors=True)
+        return published if out is None else out
+    except OSError as error:
+        raise fail(f"cannot write the run folder: {error.strerror or error}", Location(str(target))) from None
+
+
+def check_target(out: Path | None) -> None:
+    """Raise ArchsimError if a run can't be written to `out`: better before the work than after it."""
+    if out is None or not os.path.lexists(out):
+        return
+    if not out.is_dir():
+        raise fail("is not a folder", Location(str(out)), "name a new folder with --out")
+    if any(out.iterdir()) and not (out / MANIFEST).is_file():
+        raise fail("holds something else than an archsim run", Location(str(out)), "name a new folder with --out")
+
+
+def result_json(result: Result) -> str:
+    """The text of `result.json`: the same run gives the same bytes; what is not finite becomes null."""
+    tree = {
+        "name": result.name,
+        "summary": result.summary,
+        "statistics": [statistic._asdict() for statistic in result.statistics],
+        "checks": [check._asdict() for check in result.checks],
+    }
+    return json.dumps(plain(tree), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+
+
+def plain(value: Any) -> Any:
+    """`value` in the types that JSON has; NaN and infinities become None."""
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    if isinstance(value, np.ndarray | np.generic):
+        return plain(value.tolist())
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
+
+
+def load_folder(path: Path) -> StoredRun:
+    """Read a run folder; raises ArchsimError naming the file that is missing or broken."""
+    if not path.is_dir():
+        raise fail("no such run folder", Location(str(path)))
+    if not (path / MANIFEST).is_file():
+        raise fail(f"is not an archsim run: it has no {MANIFEST}", Location(str(path)))
+
+    tree = _read_json(path / "result.json")
+    try:
+        result = Result(
+            name=tree["name"],
+            summary=tree["summary"],
+            statistics=[Statistic(**_finite(item)) for item in tree["statistics"]],
+            checks=[Check(**item) for item in tree["checks"]],
+            shadow=_read_shadow(path / "shadow.npy"),
+            histograms=[],
+            maps={},
+        )
+    except (KeyError, TypeError) as error:
+        raise fail(f"is not a result: {error}", Location(str(path / "result.json"))) from None
+    return StoredRun(path, result, _read_text(path / "config.yaml"), _read_json(path / MANIFEST))
+
+
+def _fill(folder: Path, result: Result, config_yaml: str, manifest: Mapping[str, Any], report_html: str) -> None:
+    """Write every file, the manifest last."""
+    (folder / "result.json").write_text(result_json(result), encoding="utf-8")
+    (folder / "config.yaml").write_text(config_yaml, encoding="utf-8")
+    np.save(folder / "shadow.npy", np.asarray(result.shadow, dtype=bool))
+    (folder / "shadow.png").write_bytes(shadow_png(result.shadow))
+    (folder / "report.html").write_text(report_html, encoding="utf-8")
+    text = json.dumps(plain(manifest), indent=1, allow_nan=False, ensure_ascii=False)
+    (folder / MANIFEST).write_text(text + "\n", encoding="utf-8")
+
+
+def shadow_png(shadow: np.ndarray) -> bytes:
+    """The mask [height, width] as a PNG, row 0 at the top, shadow dark."""
+    from matplotlib.image import imsave  # late: slow to import
+
+    colours = np.array([_LIT, _SHADOWED], dtype=np.uint8)
+    stream = io.BytesIO()
+    imsave(stream, colours[np.asarray(shadow, dtype=np.intp)], format="png")
+    return stream.getvalue()
+
+
+def _publish(temporary: Path, target: Path, replace: bool) -> Path:
+    """Give the finished folder its name: `target` itself, or the first free `target-N`."""
+    if replace:
+        check_target(target)
+        retired = temporary.with_name(f"{temporary.name}-replaced")
+        if target.exists():
+            target.rename(retired)
+        temporary.rename(target)
+        shutil.rmtree(retired, ignore_errors=True)
+        return target
+
+    for number in itertools.count(1):
+        candidate = target if number == 1 else target.with_name(f"{target.name}-{number}")
+        if not os.path.lexists(candidate) and _rename_if_free(temporary, candidate):
+            return candidate
+    raise AssertionError("there are always free numbers")
+
+
+def _rename_if_free(temporary: Path, candidate: Path) -> bool:
+    """Rename unless another run took the name in between."""
+    try:
+        temporary.rename(candidate)
+    except OSError as error:
+        if error.errno in (errno.EEXIST, errno.ENOTEMPTY, errno.ENOTDIR):
+            return False
+        raise
+    return True
+
+
+def _file_name(name: str) -> str:
+    """A run's name with everything that does not belong in a file name replaced."""
+    return re.sub(r"[^A-Za-z0-9._-]+", "-", name).strip(".-") or "run"
+
+
+def _finite(item: dict[str, Any]) -> dict[str, Any]:
+    """A statistic's fields; null was not finite."""
+    return item | {"value": math.nan if item["value"] is None else item["value"]}
+
+
+def _read_text(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise fail(f"cannot be read: {getattr(error, 'strerror', None) or error}", Location(str(path))) from None
+
+
+def _read_json(path: Path) -> dict[str, Any]:
+    try:
+        tree = json.loads(_read_text(path))
+    except json.JSONDecodeError as error:
+        raise fail(f"is not JSON: {error.msg}", Location(str(path), error.lineno, error.colno)) from None
+    if not isinstance(tree, dict):
+        raise fail("is not a JSON object", Location(str(path)))
+    return tree
+
+
+def _read_shadow(path: Path) -> np.ndarray:
+    try:
+        shadow = np.load(path, allow_pickle=False)
+    except (OSError, ValueError, EOFError) as error:
+        raise fail(f"cannot be read: {error}", Location(str(path))) from None
+    if shadow.dtype != np.bool_ or shadow.ndim != 2:
+        raise fail("is not a mask of bool [height, width]", Location(str(path)))
+    return shadow
+

@@ -1,0 +1,52 @@
+"""What a run returns, whatever it simulated."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+
+class Statistic(NamedTuple):
+    """One number with its unit and the sentence that defines it."""
+
+    name: str  # dotted, e.g. izb_build.l2.misses
+    value: int | float
+    unit: str
+    description: str
+
+
+class Check(NamedTuple):
+    """A law that must hold in every run."""
+
+    name: str
+    ok: bool
+    detail: str
+
+
+class Histogram(NamedTuple):
+    """How often each value occurred: counts[k] for the value k."""
+
+    title: str
+    unit: str
+    counts: np.ndarray  # int64 [largest value + 1]
+
+
+class Result(NamedTuple):
+    """A finished run."""
+
+    name: str
+    summary: dict[str, Any]  # plain JSON values: the few numbers a person asks for first
+    statistics: list[Statistic]
+    checks: list[Check]
+    shadow: np.ndarray  # bool [height, width], row 0 at the top, True in shadow
+    histograms: list[Histogram]
+    maps: dict[str, np.ndarray]  # title -> float32 image, NaN where there is nothing to show
+
+    def value(self, name: str) -> int | float:
+        """The statistic of that name; KeyError if there is none."""
+        return {statistic.name: statistic.value for statistic in self.statistics}[name]
+
+    @property
+    def ok(self) -> bool:
+        return all(check.ok for check in self.checks)

@@ -1,0 +1,221 @@
+"""Search camera and lights on the stand-in scenes so that Table 1's workload columns come near the paper's.
+
+Run: python experiments/johnson2004/calibrate.py doom|knot [--tries N] [--seed S]
+
+Only Table 1 is looked at: cycles, latencies and useful cycles never enter. The best views found are printed as YAML with the
+residual of each column. A view is scored at half the resolution on a grid of half the size, which leaves list lengths alone and
+quarters every count.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import yaml
+
+from archsim import resources
+from archsim.raster.eye_view import EyeView, eye_view
+from archsim.scene.camera import Camera
+from archsim.scene.generators import make_mesh
+from archsim.scene.mesh import Mesh, load_mesh
+from archsim.scene.scene import Light, LightView, Scene
+from archsim.shadow.grid import Grid
+from archsim.shadow.light_view import sample_points
+from archsim.shadow.plain import Method, plan_faces, run_face
+from archsim.shadow.workload import IzbWorkload
+
+PRINTED = yaml.safe_load((Path(__file__).parent / "printed.yaml").read_text())["table1_workload"]
+SCALE = 2  # of the resolution and the grid while searching
+WIDEST_HALF_ANGLE = 65.0
+
+
+class View(NamedTuple):
+    """A camera, a light with its view, and how far their workload is from the paper's row."""
+
+    camera: Camera
+    light: Light
+    workload: IzbWorkload
+    misfit: float
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("scene", choices=["doom", "knot"])
+    parser.add_argument("--tries", type=int, default=2000)
+    parser.add_argument("--seed", type=int, default=0)
+    options = parser.parse_args()
+    rng = np.random.default_rng(options.seed)
+    if options.scene == "doom":
+        level = load_mesh("nx_bloodprison_8k9")
+        lights = np.load(resources.mesh("nx_bloodprison_8k9"))["lights"][:, :3].astype(float)
+        search_level(level, lights, options.tries, rng)
+    else:
+        search_knot(make_mesh("knot_and_spheres", 0, {}), options.tries, rng)
+
+
+def search_level(mesh: Mesh, lights: np.ndarray, tries: int, rng: np.random.Generator) -> None:
+    """One camera, two of the level's own lights: rows doom_light0 and doom_light1."""
+    best = math.inf
+    for _ in range(tries):
+        near_light = lights[rng.integers(len(lights))]
+        camera = random_camera(near_light, rng)
+        fitting = [light for light in lights if fits(mesh, camera, light)]
+        if len(fitting) < 2:
+            continue
+        rows = [
+            [fitted_view(mesh, camera, light, PRINTED[row], rng) for light in fitting]
+            for row in ("doom_light0", "doom_light1")
+        ]
+        pairs = [(a, b) for i, a in enumerate(rows[0]) for j, b in enumerate(rows[1]) if i != j]
+        first, second = min(pairs, key=lambda pair: pair[0].misfit + pair[1].misfit)
+        if first.misfit + second.misfit < best:
+            best = first.misfit + second.misfit
+            show("doom_light0", first)
+            show("doom_light1", second)
+
+
+def search_knot(mesh: Mesh, tries: int, rng: np.random.Generator) -> None:
+    """One camera, one light anywhere: row knot_light0."""
+    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+    best = math.inf
+    for _ in range(tries):
+        position = low + (high - low) * rng.uniform(0.05, 0.95, 3)
+        camera = random_camera(low + (high - low) * rng.uniform(0.1, 0.9, 3), rng, float((high - low).max()) / 4)
+        if not fits(mesh, camera, position):
+            continue
+        view = fitted_view(mesh, camera, position, PRINTED["knot_light0"], rng)
+        if view.misfit < best:
+            best = view.misfit
+            show("knot_light0", view)
+
+
+def random_camera(near: np.ndarray, rng: np.random.Generator, reach: float = 300.0) -> Camera:
+    """A camera somewhere near a point, looking anywhere but steeply."""
+    eye = near + rng.uniform(-1, 1, 3) * (reach, reach, reach / 3)
+    yaw, pitch = rng.uniform(0, 2 * math.pi), rng.uniform(-0.6, 0.3)
+    forward = np.array(
+        [math.cos(yaw) * math.cos(pitch), math.sin(yaw) * math.cos(pitch), math.sin(pitch)]
+    )
+    return Camera(eye, eye + forward * reach, np.array([0.0, 0.0, 1.0]), float(rng.uniform(45, 90)), reach / 150)
+
+
+def fits(mesh: Mesh, camera: Camera, light: np.ndarray) -> bool:
+    """Whether every pixel shows the front of something, not too near, and one view of the light holds it all."""
+    scene = Scene(mesh, camera, (), 80, 64, "probe")
+    view = eye_view(mesh, camera, scene.width, scene.height)
+    if (view.triangle < 0).any() or np.median(1 / view.reciprocal_depth) < 20 * camera.near:
+        return False
+    corners = mesh.vertices[mesh.triangles[view.triangle.ravel()]].astype(float)
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    facing = np.einsum("nk,nk->n", normals, corners[:, 0] - camera.eye) > 0
+    if 0.02 < facing.mean() < 0.98:
+        return False
+    directions = unit((sample_points(scene, view) - light).reshape(-1, 3))
+    return bool((directions @ unit(directions.mean(axis=0))).min() > math.cos(math.radians(WIDEST_HALF_ANGLE)))
+
+
+def fitted_view(mesh: Mesh, camera: Camera, light: np.ndarray, row: dict, rng: np.random.Generator) -> View:
+    """The best of a few rolls of the light view, its field of view chosen for the extent of the stencil."""
+    scene = Scene(mesh, camera, (), 1280 // SCALE, 1024 // SCALE, "search")
+    seen = eye_view(mesh, camera, scene.width, scene.height)
+    views = [rolled_view(scene, seen, light, row, roll) for roll in rng.uniform(0, math.pi, 3)]
+    return min(views, key=lambda view: view.misfit)
+
+
+def rolled_view(scene: Scene, seen: EyeView, position: np.ndarray, row: dict, roll: float) -> View:
+    """The light view with a given roll, aimed at the middle of the samples."""
+    directions = unit((sample_points(scene, seen) - position)[::8, ::8].reshape(-1, 3))
+    forward = unit(directions.mean(axis=0))
+    right = unit(np.cross(forward, np.eye(3)[np.argmin(np.abs(forward))]))
+    up = math.cos(roll) * right + math.sin(roll) * np.cross(right, forward)
+    side = np.cross(forward, up)
+    depth = directions @ forward
+    across, along = np.ptp(directions @ side / depth), np.ptp(directions @ up / depth)
+    furthest = max(np.abs(directions @ side / depth).max(), np.abs(directions @ up / depth).max())
+    wanted = math.sqrt(across * along / (row["stencil"][0] * row["stencil"][1])) * 1024 / 2
+    fovy = 2 * math.degrees(math.atan(max(wanted, furthest * 1.03)))
+    light = Light(position, LightView(position + forward, up, fovy))
+    workload = measure(scene, seen, light)
+    return View(scene.camera, light, workload, misfit(workload, row))
+
+
+def measure(scene: Scene, seen: EyeView, light: Light) -> IzbWorkload:
+    """Table 1's columns, scaled to the full resolution; nothing if one view does not do."""
+    grid = Grid(1024 // SCALE, 1024 // SCALE, 512 // SCALE, 512 // SCALE, 8, 8)
+    plans = plan_faces(scene, seen, light, Method(grid, (8, 8), 1 / 64))
+    if len(plans) != 1:
+        return IzbWorkload(0, 0, 0, 0, 0, 0, 0, 0)
+    found = run_face(plans[0], grid).workload
+    counts = IzbWorkload(*(value * SCALE * SCALE for value in found))
+    return counts._replace(stencil_width=found.stencil_width * SCALE, stencil_height=found.stencil_height * SCALE)
+
+
+def columns(workload: IzbWorkload) -> dict[str, float]:
+    return {
+        "list length": workload.list_length,
+        "stencil width": workload.stencil_width,
+        "stencil height": workload.stencil_height,
+        "grid fragments pre": workload.grid_fragments_pre_stencil / 1e6,
+        "grid fragments post": workload.grid_fragments_post_stencil / 1e6,
+        "framebuffer fragments pre": workload.framebuffer_fragments_pre_z / 1e6,
+        "framebuffer fragments post": workload.framebuffer_fragments_post_z / 1e6,
+    }
+
+
+def printed_columns(row: dict) -> dict[str, float]:
+    grid, frame = row["grid_fragments_M"], row["framebuffer_fragments_M"]
+    values = [row["list_length"], *row["stencil"], grid["pre"], grid["post"], frame["pre_z"], frame["post_z"]]
+    return dict(zip(columns(IzbWorkload(0, 0, 0, 0, 0, 0, 0, 0)), values, strict=True))
+
+
+def misfit(workload: IzbWorkload, row: dict) -> float:
+    """Sum of squared logarithms of ours over printed."""
+    ours, printed = columns(workload), printed_columns(row)
+    return sum(math.log(max(ours[name], 1e-3) / printed[name]) ** 2 for name in printed)
+
+
+def show(name: str, view: View) -> None:
+    """Print a view as YAML with its residuals."""
+    ours, printed = columns(view.workload), printed_columns(PRINTED[name])
+    print(f"# {name}: misfit {view.misfit:.3f}")
+    for column in ours:
+        error = 100 * (ours[column] / printed[column] - 1)
+        print(f"#   {column:27} {ours[column]:9.2f}  printed {printed[column]:9.2f}  {error:+6.1f} %")
+    camera, light = view.camera, view.light
+    assert light.view is not None
+    document = {
+        "camera": {
+            "eye": rounded(camera.eye),
+            "target": rounded(camera.target),
+            "up": rounded(camera.up),
+            "fovy_degrees": round(camera.fovy_degrees, 3),
+            "near": round(camera.near, 4),
+        },
+        "lights": [
+            {
+                "position": rounded(light.position),
+                "view": {
+                    "target": rounded(light.view.target),
+                    "up": rounded(light.view.up),
+                    "fovy_degrees": round(light.view.fovy_degrees, 3),
+                },
+            }
+        ],
+    }
+    print(yaml.safe_dump(document, sort_keys=False, default_flow_style=None), flush=True)
+
+
+def rounded(vector: np.ndarray) -> list[float]:
+    return [round(float(value), 4) for value in vector]
+
+
+def unit(vectors: np.ndarray) -> np.ndarray:
+    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
+
+
+if __name__ == "__main__":
+    main()
