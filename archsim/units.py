@@ -15,7 +15,7 @@ from archsim.errors import ArchsimError, Location, did_you_mean, fail
 
 # A sign, a decimal number or a ratio, a unit. Lengths are bounded: 1e999999999 would fill the memory.
 _QUANTITY = re.compile(
-    r"([+-]?)((?:\d{1,400}(?:\.\d{0,400})?|\.\d{1,400})(?:[eE][+-]?\d{1,2})?|\d{1,400}/\d{1,400})\s*([A-Za-zµμ]*)",
+    r"([+-]?)((?:\d{1,100}(?:\.\d{0,100})?|\.\d{1,100})(?:[eE][+-]?\d{1,2})?|\d{1,400}/\d{1,400})\s*([A-Za-zµμ]*)",
     re.ASCII,
 )
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from archsim.cli.run import find_run
+from pathlib import Path
+
+from archsim import resources
 from archsim.config import load_run, resolved_yaml
-from archsim.errors import ArchsimError, Problem
+from archsim.errors import ArchsimError, Problem, did_you_mean, fail
 
 
 def check(files: list[str], overrides: list[str]) -> None:
@@ -23,3 +25,15 @@ def check(files: list[str], overrides: list[str]) -> None:
 def show(file: str, overrides: list[str]) -> None:
     """Print the resolved configuration."""
     print(resolved_yaml(load_run(find_run(file), overrides)), end="")
+
+
+def find_run(name: str) -> str:
+    """The path of a run configuration: `name` itself if it is a file or a path, else that of the packaged run."""
+    if Path(name).exists() or "/" in name or name.endswith((".yaml", ".yml")):
+        return name
+    path = resources.config("runs", name)
+    if not path.is_file():
+        packaged = sorted(file.stem for file in path.parent.glob("*.yaml"))
+        hint = did_you_mean(name, packaged) or f"packaged runs: {', '.join(packaged)}"
+        raise fail(f"no file and no packaged run '{name}'", hint=hint)
+    return str(path)

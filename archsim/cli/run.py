@@ -8,12 +8,11 @@ from pathlib import Path
 
 import typer
 
-from archsim import resources
 from archsim.cli.bars import Bars
+from archsim.cli.configs import find_run
 from archsim.cli.console import print_summary
 from archsim.cli.edge import FAILED_CHECK
 from archsim.config import RunConfig, load_run, resolved_yaml
-from archsim.errors import did_you_mean, fail
 from archsim.report.run_page import run_report
 from archsim.run import simulate
 from archsim.run.folder import check_target, result_json, write_folder
@@ -57,15 +56,3 @@ def report_failed_checks(result: Result) -> None:
             print(f"{result.name}: check failed: {check.name}: {check.detail}", file=sys.stderr)
     if not result.ok:
         raise typer.Exit(FAILED_CHECK)
-
-
-def find_run(name: str) -> str:
-    """The path of a run configuration: `name` itself if it is a file or a path, else that of the packaged run."""
-    if Path(name).exists() or "/" in name or name.endswith((".yaml", ".yml")):
-        return name
-    path = resources.config("runs", name)
-    if not path.is_file():
-        packaged = sorted(file.stem for file in path.parent.glob("*.yaml"))
-        hint = did_you_mean(name, packaged) or f"packaged runs: {', '.join(packaged)}"
-        raise fail(f"no file and no packaged run '{name}'", hint=hint)
-    return str(path)

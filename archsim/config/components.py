@@ -203,7 +203,9 @@ def _check_dram(dram: DramConfig) -> list[Finding]:
     ]
 
     if dram.channels * dram.banks * dram.rows * dram.row_bytes > MAX_DRAM_BYTES:
-        found.append(Finding(("rows",), f"make a DRAM of more than {format_bytes(MAX_DRAM_BYTES)}"))
+        found.append(
+            Finding(("rows",), f"channels x banks x rows x row_bytes is above {format_bytes(MAX_DRAM_BYTES)}")
+        )
     if dram.timing.n_ccd < dram.burst_beats // 2:
         what = f"must be at least the clocks of a burst's data, {dram.burst_beats // 2}"
         found.append(Finding(("timing", "n_ccd"), what))

@@ -48,11 +48,13 @@ def similar_file(text: str, folder: Path) -> str | None:
     """A hint with the file that may have been meant by a path that leads nowhere."""
     wanted = Path(text).expanduser()
     configs = resources.root() / "configs"
-    known = {path.name: path.relative_to(configs) for path in sorted(configs.glob("*/*.yaml"))}
-    known |= {name: wanted.parent / name for name in _names((folder / wanted).parent)}
+    known = [wanted.parent / name for name in _names((folder / wanted).parent)]
+    known += [path.relative_to(configs) for path in sorted(configs.glob("*/*.yaml"))]
 
-    near = difflib.get_close_matches(wanted.name, known, n=1)
-    return f"did you mean '{known[near[0]]}'?" if near else None
+    near = difflib.get_close_matches(wanted.stem, {path.stem for path in known}, n=1)
+    fitting = [path for path in known if path.stem in near]
+    same_folder = [path for path in fitting if path.parent == wanted.parent]
+    return f"did you mean '{(same_folder or fitting)[0]}'?" if fitting else None
 
 
 class _Resolver:
@@ -166,8 +168,9 @@ def put(node: Node, keys: list[str], value: Node) -> Node:
 
 
 def _missing_file(text: str, folder: Path, where: Location | None) -> Problem:
-    what = "a folder, not a file" if (folder / Path(text).expanduser()).is_dir() else "no such file"
-    return Problem(where, f"{what}: '{text}'", similar_file(text, folder))
+    if (folder / Path(text).expanduser()).is_dir():
+        return Problem(where, f"a folder, not a file: '{text}'")
+    return Problem(where, f"no such file: '{text}'", similar_file(text, folder))
 
 
 def is_file(path: Path) -> bool:

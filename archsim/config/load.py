@@ -16,7 +16,7 @@ from archsim.config.inheritance import is_file, load_tree, put, similar_file
 from archsim.config.machine import MachineConfig
 from archsim.config.run import RunConfig
 from archsim.config.scene import MESH_SUFFIXES, SceneConfig
-from archsim.config.validation import node_at, validate
+from archsim.config.validation import in_order, node_at, validate
 from archsim.errors import ArchsimError, Location, Problem, did_you_mean
 
 SECTIONS = ("scene", "workload", "machine")  # of a run; a path there is short for `{base: PATH}`
@@ -66,7 +66,7 @@ def _checked(model: type[Model], tree: Node, problems: list[Problem]) -> Model:
     """The section of a tree. Raises ArchsimError with its problems and those found before."""
     section, found = validate(model, tree)
     if section is None or problems:
-        raise ArchsimError([*problems, *found])
+        raise ArchsimError(in_order([*problems, *found]))
     return section
 
 

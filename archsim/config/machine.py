@@ -203,7 +203,7 @@ def _ticks(machine: MachineConfig) -> Iterator[Finding]:
     """Clocks whose common divisor is too small for time to be counted in it."""
     longest = max(clock_periods(machine.clocks).values())
     if longest > MAX_PERIOD_TICKS:
-        what = f"have no useful common divisor: a period would be {longest} ticks, above {MAX_PERIOD_TICKS}"
+        what = f"no useful common divisor: a period would be {longest} ticks, above {MAX_PERIOD_TICKS}"
         yield Finding(("clocks",), what, "choose rounder frequencies")
 
 

@@ -26,6 +26,7 @@ class RunConfig(Section):
     def _check(self) -> RunConfig:
         num_lights = len(self.scene.lights)
         if self.workload.light >= num_lights:
-            what = f"the scene has {num_lights} lights, counted from 0; there is no {self.workload.light}"
+            lights = "one light" if num_lights == 1 else f"{num_lights} lights"
+            what = f"must be below {num_lights}, not {self.workload.light}: the scene has {lights}"
             report([Finding(("workload", "light"), what)])
         return self

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import re
 import types
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import Annotated, Any, TypeVar, Union, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
 from archsim.config.document import Node
-from archsim.config.section import FindingsError
+from archsim.config.section import Finding, FindingsError
 from archsim.errors import Location, Problem, did_you_mean
 
 Model = TypeVar("Model", bound=BaseModel)
-Path = tuple[str | int, ...]
+KeyPath = tuple[str | int, ...]
 
 
 def validate(model: type[Model], tree: Node) -> tuple[Model | None, list[Problem]]:
@@ -23,10 +23,10 @@ def validate(model: type[Model], tree: Node) -> tuple[Model | None, list[Problem
         return model.model_validate(tree.plain()), []
     except ValidationError as error:
         problems = [problem for each in error.errors() for problem in _problems(model, tree, each)]
-        return None, sorted(dict.fromkeys(problems), key=_order)
+        return None, in_order(problems)
 
 
-def node_at(tree: Node, path: Path) -> tuple[Node, bool]:
+def node_at(tree: Node, path: KeyPath) -> tuple[Node, bool]:
     """The innermost node on a path of keys and indices, and whether that is the path's end."""
     node = tree
     for part in path:
@@ -40,59 +40,80 @@ def node_at(tree: Node, path: Path) -> tuple[Node, bool]:
     return node, True
 
 
-def _order(problem: Problem) -> tuple[str, int, int]:
-    where = problem.where or Location("")
-    return where.file, where.line, where.column
+def in_order(problems: Iterable[Problem]) -> list[Problem]:
+    """The problems by file, line and column, each once."""
+    return sorted(dict.fromkeys(problems), key=lambda problem: problem.where or Location(""))
 
 
 def _problems(model: type[BaseModel], tree: Node, error: Any) -> Iterator[Problem]:
-    """The problems in one of pydantic's errors, whose `loc` has tags such as '<CacheConfig>' among the keys."""
-    path = tuple(part for part in error["loc"] if not str(part).startswith(("<", "[")))
-    reason = error.get("ctx", {}).get("error")
-    if isinstance(reason, FindingsError):
-        for finding in reason.findings:
-            node, _ = node_at(tree, (*path, *finding.path))
-            yield Problem(node.where, f"{_dotted((*path, *finding.path))} {finding.what}", finding.hint)
-        return
-
+    """The problems in one of pydantic's errors."""
+    kind, context = error["type"], error.get("ctx", {})
+    path = _key_path(tree, error)
     node, _ = node_at(tree, path)
-    kind = error["type"]
+
     if kind == "extra_forbidden":
         hint = did_you_mean(str(path[-1]), _known_keys(model, error["loc"]))
         yield Problem(node.place, f"unknown key '{_dotted(path)}'", hint)
     elif kind == "missing":
-        yield Problem(node.place, _missing(path))
-    elif kind == "archsim":
-        yield Problem(node.where, f"{_dotted(path)}: {error['ctx']['what']}", error["ctx"].get("hint"))
+        yield _missing(node, path)
     elif kind == "union_tag_not_found":
         yield _unknown_kind(model, node, error["loc"], path)
+    elif kind == "too_short" and len(error["input"]) >= context["min_length"]:
+        pass  # pydantic counts the valid items; the others have problems of their own
+    elif isinstance(context.get("error"), FindingsError):
+        yield from (_problem_of(finding, tree, path) for finding in context["error"].findings)
+    elif kind == "archsim":
+        yield Problem(node.where, f"{_dotted(path)}: {context['what']}", context.get("hint"))
     else:
         what = _WORDS.get(kind, _unforeseen)(error)
         where = node.place if error["loc"][-1:] == ("[key]",) else node.where
-        yield Problem(where, f"{_dotted(path)} {what}", _hint(error))
+        yield Problem(where, f"{_dotted(path)}: {what}", _hint(error))
 
 
-def _dotted(path: Path) -> str:
-    return ".".join(str(part) for part in path) or "the file"
+def _problem_of(finding: Finding, tree: Node, path: KeyPath) -> Problem:
+    """The problem in what the check of the section at a path has found."""
+    full = (*path, *finding.path)
+    node, _ = node_at(tree, full)
+    where = node.place if isinstance(node.value, dict) else node.where
+    return Problem(where, f"{_dotted(full)}: {finding.what}", finding.hint)
 
 
-def _missing(path: Path) -> str:
+def _key_path(tree: Node, error: Any) -> KeyPath:
+    """The keys and indices in pydantic's `loc`, which has tags like <CacheConfig> and [key] among them."""
+    path: KeyPath = ()
+    *before, last = error["loc"] or ("",)
+    for part in before:
+        if not str(part).startswith("<") or node_at(tree, (*path, part))[1]:
+            path = (*path, part)
+    if not error["loc"] or (last == "[key]" and error["type"] != "extra_forbidden"):
+        return path
+    is_tag = str(last).startswith("<") and error["type"] != "extra_forbidden"
+    return path if is_tag and not node_at(tree, (*path, last))[1] else (*path, last)
+
+
+def _dotted(path: KeyPath) -> str:
+    parts = [str(part) if str(part).isprintable() else ascii(part) for part in path]
+    return ".".join(part if len(part) <= 100 else part[:97] + "..." for part in parts) or "the file"
+
+
+def _missing(node: Node, path: KeyPath) -> Problem:
+    """The problem of a mapping or list that ends before the path does."""
     if isinstance(path[-1], int):
-        return f"{_dotted(path[:-1])} is too short a list"
-    return f"missing key '{_dotted(path)}'"
+        return Problem(node.where, f"{_dotted(path[:-1])}: too short a list")
+    return Problem(node.place, f"missing key '{_dotted(path)}'")
 
 
-def _unknown_kind(model: type[BaseModel], node: Node, loc: Path, path: Path) -> Problem:
+def _unknown_kind(model: type[BaseModel], node: Node, loc: KeyPath, path: KeyPath) -> Problem:
     """The problem of a component that can't be told from its `kind`."""
     if not isinstance(node.value, dict):
-        return Problem(node.where, f"{_dotted(path)} must be a mapping of keys, not {_shown(node.plain())}")
+        return Problem(node.where, f"{_dotted(path)}: must be a mapping of keys, not {_shown(node.plain())}")
     if "kind" not in node.value:
         return Problem(node.place, f"missing key '{_dotted((*path, 'kind'))}'")
     kind = node.value["kind"]
     kinds = [name for section in _sections_at(model, loc) for name in _kinds(section)]
     hint = did_you_mean(str(kind.value), kinds) or f"kinds are {', '.join(kinds)}"
     return Problem(
-        kind.where, f"{_dotted((*path, 'kind'))} must be a known kind, not {_shown(kind.plain())}", hint
+        kind.where, f"{_dotted((*path, 'kind'))}: must be a known kind, not {_shown(kind.plain())}", hint
     )
 
 
@@ -101,12 +122,12 @@ def _kinds(section: type[BaseModel]) -> tuple[str, ...]:
     return get_args(field.annotation) if field else ()
 
 
-def _known_keys(model: type[BaseModel], loc: Path) -> list[str]:
+def _known_keys(model: type[BaseModel], loc: KeyPath) -> list[str]:
     """The keys of the section that pydantic's `loc`, less its last part, leads to."""
     return [key for section in _sections_at(model, loc[:-1]) for key in section.model_fields]
 
 
-def _sections_at(model: type[BaseModel], loc: Path) -> list[type[BaseModel]]:
+def _sections_at(model: type[BaseModel], loc: KeyPath) -> list[type[BaseModel]]:
     """The sections that may stand at pydantic's `loc`."""
     annotations: list[Any] = [model]
     for part in loc:
@@ -158,12 +179,16 @@ def _shown(value: object) -> str:
     return f"'{text}'" if isinstance(value, str) else text
 
 
+def _short(limit: int | float) -> str:
+    return f"{limit:g}" if isinstance(limit, float) else str(limit)
+
+
 def _must_be(what: str) -> Callable[[Any], str]:
     return lambda error: f"must be {what}, not {_shown(error['input'])}"
 
 
 def _limit(what: str, key: str) -> Callable[[Any], str]:
-    return lambda error: f"must be {what} {_shown(error['ctx'][key])}, not {_shown(error['input'])}"
+    return lambda error: f"must be {what} {_short(error['ctx'][key])}, not {_shown(error['input'])}"
 
 
 def _pattern(error: Any) -> str:
@@ -176,11 +201,11 @@ def _literal(error: Any) -> str:
 
 
 def _length(word: str, key: str) -> Callable[[Any], str]:
-    return lambda error: f"must have at {word} {error['ctx'][key]} items, not {error['ctx']['actual_length']}"
+    return lambda error: f"must have at {word} {error['ctx'][key]} in it, not {len(error['input'])}"
 
 
 def _unforeseen(error: Any) -> str:
-    return f"is not valid: {error['msg']}"
+    return str(error["msg"])
 
 
 # What pydantic's error types mean, in the words of somebody who writes YAML.

@@ -38,7 +38,9 @@ def lay_out(grid: Grid, tiles: PixelTiles) -> IzbMemory:
     first_node = max(1, _ceil_div(grid.num_physical_cells * WORD, NODE))
     num_pixels = tiles.reciprocal_depth.size
     if max(first_node + num_pixels, first_pair * 2, grid.num_logical_cells) >= MAX_INDEX:
-        raise fail(f"{num_pixels} samples and {grid.num_logical_cells} logical cells need node numbers beyond 2^24")
+        raise fail(
+            f"{num_pixels} samples and {grid.num_logical_cells} logical cells need node numbers beyond 2^24"
+        )
     size_0 = _power_of_two((first_pair + num_pixels // 2) * PAIR + NODE)
     size_1 = _power_of_two((first_node + num_pixels) * NODE + NODE)
     base_1 = _ceil_div(size_0, size_1) * size_1

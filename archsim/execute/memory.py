@@ -1,4 +1,4 @@
-"""Memory as a kernel sees it: a flat float32 array (byte address // 4 is the index) and two windows into it."""
+"""Memory as a kernel sees it: a flat float32 array, indexed by byte address // 4, and two windows into it."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ LARGEST_ACCESS_BYTES = 16
 class Window(NamedTuple):
     """What a base register holds and guards. The hardware ORs the index into the base, so both are aligned.
 
-    The last element of the window is the guard element: accesses with an index that is NaN, negative or outside of
-    the window go there.
+    The last element of the window is the guard element: accesses with an index that is NaN, negative or
+    outside of the window go there.
     """
 
     base: int  # byte address, a multiple of size
@@ -41,7 +41,7 @@ def window_problems(windows: tuple[Window, Window]) -> list[Problem]:
     problems = []
     for k, window in enumerate(windows):
         if window.size < LARGEST_ACCESS_BYTES or window.size & (window.size - 1):
-            what = f"window B{k} has {window.size} bytes, not a power of two of at least {LARGEST_ACCESS_BYTES}"
+            what = f"window B{k} has {window.size} bytes, not a power of two from {LARGEST_ACCESS_BYTES} on"
             problems.append(Problem(None, what))
         elif window.base < 0 or window.base % window.size:
             what = f"window B{k} starts at {window.base}, not a multiple of its size {window.size}"

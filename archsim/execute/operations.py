@@ -1,7 +1,7 @@
 """One instruction on the register file: operands, arithmetic, conditional results, branches.
 
-`row` is a row of the code (archsim/isa/encoding.py), `registers` the flat register file, `flags` the condition code
-register, one of GREATER, EQUAL, LESS, UNORDERED a component.
+`code[pc]` is the instruction's row (archsim/isa/encoding.py), `registers` the flat register file, `flags` the
+condition code register, one of GREATER, EQUAL, LESS, UNORDERED a component.
 """
 
 import numpy as np
@@ -30,13 +30,12 @@ from archsim.isa.encoding import (
 from archsim.isa.encoding import FLAGS as ROW_FLAGS
 from archsim.isa.opcodes import Opcode
 from archsim.isa.program import CALL_STACK
-from archsim.isa.semantics import inlined
-from archsim.jit import njit
+from archsim.isa.semantics import compiled, inlined
 
 _A, _B, _C = READ, READ + 4, READ + 8
 
 
-@njit(error_model="numpy", _nrt=False)
+@compiled
 def prepare(registers, code, pc):
     """Stage the sources that have a sign, an absolute value or an address register."""
     for k in range(3):
@@ -89,9 +88,11 @@ def _two(op, registers, code, pc):
 
 @inlined
 def _multiply_add(registers, code, pc):
-    a, b, c = _fetch(registers, code, pc, _A), _fetch(registers, code, pc, _B), _fetch(registers, code, pc, _C)
-    f = semantics.multiply_add
-    _put(registers, code, pc, f(a[0], b[0], c[0]), f(a[1], b[1], c[1]), f(a[2], b[2], c[2]), f(a[3], b[3], c[3]))
+    a, b = _fetch(registers, code, pc, _A), _fetch(registers, code, pc, _B)
+    c = _fetch(registers, code, pc, _C)
+    x, y = semantics.multiply_add(a[0], b[0], c[0]), semantics.multiply_add(a[1], b[1], c[1])
+    z, w = semantics.multiply_add(a[2], b[2], c[2]), semantics.multiply_add(a[3], b[3], c[3])
+    _put(registers, code, pc, x, y, z, w)
 
 
 @inlined
@@ -101,7 +102,8 @@ def _replicate(registers, code, pc, value):
 
 @inlined
 def _dot(op, registers, code, pc):
-    _replicate(registers, code, pc, semantics.dot(op, _fetch(registers, code, pc, _A), _fetch(registers, code, pc, _B)))
+    a, b = _fetch(registers, code, pc, _A), _fetch(registers, code, pc, _B)
+    _replicate(registers, code, pc, semantics.dot(op, a, b))
 
 
 @inlined
@@ -129,7 +131,7 @@ def compute(op, registers, code, pc):
         _compute_rare(op, registers, code, pc)
 
 
-@njit(error_model="numpy", _nrt=False)
+@compiled
 def _compute_rare(op, registers, code, pc):
     """The other arithmetic opcodes."""
     a, b = _fetch(registers, code, pc, _A), _fetch(registers, code, pc, _B)
@@ -159,25 +161,35 @@ def _compute_rare(op, registers, code, pc):
 @inlined
 def finish(registers, flags, code, pc):
     """Write a conditional result, update the condition codes of the components that were written."""
-    f0, f1, f2, f3 = (flags[code[pc, LOOK]], flags[code[pc, LOOK + 1]], flags[code[pc, LOOK + 2]], flags[code[pc, LOOK + 3]])
-    written = code[pc, MASK]
-    if code[pc, ROW_FLAGS] & CONDITIONAL:
-        rule = code[pc, RULE]
-        written &= (f0 & rule != 0) | (f1 & rule != 0) << 1 | (f2 & rule != 0) << 2 | (f3 & rule != 0) << 3
+    conditional = code[pc, ROW_FLAGS] & CONDITIONAL
+    written = np.int64(code[pc, MASK])
+    if conditional:
+        written &= _satisfied(flags, code, pc)
 
     for component in range(4):
         if written >> component & 1:
             home = code[pc, HOME] + component
-            if code[pc, ROW_FLAGS] & CONDITIONAL:
+            if conditional:
                 registers[home] = registers[RESULT + component]
             if code[pc, ROW_FLAGS] & SETS_FLAGS:
                 flags[component] = semantics.flag_of(registers[home])
 
 
 @inlined
+def _satisfied(flags, code, pc):
+    """Bit i is set when the condition holds for component i."""
+    bits = np.int64(0)
+    for component in range(4):
+        if flags[code[pc, LOOK + component]] & code[pc, RULE]:
+            bits |= 1 << component
+    return bits
+
+
+@inlined
 def branch(op, code, pc, end, flags, stack):
     """The next instruction after BRA, CAL or RET; `end` when the program is over. stack[-1] is its depth."""
-    seen = flags[code[pc, LOOK]] | flags[code[pc, LOOK + 1]] | flags[code[pc, LOOK + 2]] | flags[code[pc, LOOK + 3]]
+    seen = flags[code[pc, LOOK]] | flags[code[pc, LOOK + 1]]
+    seen |= flags[code[pc, LOOK + 2]] | flags[code[pc, LOOK + 3]]
     if seen & code[pc, RULE] == 0:
         return pc + 1
     if op == Opcode.BRA:

@@ -140,9 +140,9 @@ def _operands(cursor: Cursor, opcode: Opcode) -> Instruction:
         case Shape.LOCK:
             return Instruction(opcode, (operands.scalar(cursor),))
         case Shape.EMIT:
-            number = operands.scalar(cursor)
+            address = operands.scalar(cursor)
             cursor.expect(",", "before the second operand")
-            return Instruction(opcode, (number, operands.scalar(cursor)))
+            return Instruction(opcode, (address, operands.scalar(cursor)))
         case Shape.ADDRESS_VECTOR | Shape.ADDRESS_ADDRESS:
             number = operands.numbered(cursor, "A", "an address register (A0 or A1)")
             destination = Destination("A", number, operands.mask(cursor))
@@ -192,7 +192,9 @@ def _too_many_registers(instruction: Instruction, token: Token) -> list[Problem]
     for file, kind in (("c", "parameter"), ("v", "attribute")):
         registers = {source.register for source in instruction.sources if source.file == file}
         if len(registers) > 1:
-            what = f"one instruction reads {len(registers)} {kind} registers {file}[], but only one can be read"
+            what = (
+                f"one instruction reads {len(registers)} {kind} registers {file}[], but it can read only one"
+            )
             problems.append(Problem(token.where, what))
     return problems
 

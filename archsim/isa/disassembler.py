@@ -54,9 +54,9 @@ def _destination(destination: Destination | None) -> str:
     if destination.file == "CC":
         name = "CC"
     elif destination.file == "o":
-        name = f"o[{RESULTS[destination.index]}]"
+        name = f"o[{RESULTS[destination.number]}]"
     else:
-        name = f"{destination.file}{destination.index}"
+        name = f"{destination.file}{destination.number}"
     return name + _mask(destination.mask)
 
 
@@ -85,8 +85,8 @@ def _swizzle(swizzle: str) -> str:
 def _register(source: Source) -> str:
     if source.address is not None:
         register, component = source.address
-        offset = f" {'-' if source.index < 0 else '+'} {abs(source.index)}" if source.index else ""
+        offset = f" {'-' if source.number < 0 else '+'} {abs(source.number)}" if source.number else ""
         return f"c[A{register}.{component}{offset}]"
     if source.file in ("v", "c"):
-        return f"{source.file}[{source.index}]"
-    return f"{source.file}{source.index}"
+        return f"{source.file}[{source.number}]"
+    return f"{source.file}{source.number}"

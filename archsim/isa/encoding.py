@@ -1,9 +1,9 @@
 """From an instruction to a row of numbers: every register becomes a slot of one flat float32 register file.
 
-Swizzles and write masks so cost nothing at run time: a source is four slots to read, a destination four slots to
-write, and masked components are written to UNUSED. What is rare is flagged and done apart: sources with a sign, an
-absolute value or an address register are PREPAREd into the STAGED slots and read from there; conditional results
-are computed into the RESULT slots and written from there.
+Swizzles and write masks so cost nothing at run time: a source is four slots to read, a destination four slots
+to write, and masked components are written to UNUSED. What is rare is flagged and done apart: sources with a
+sign, an absolute value or an address register are PREPAREd into the STAGED slots and read from there;
+conditional results are computed into the RESULT slots and written from there.
 """
 
 from __future__ import annotations
@@ -105,7 +105,7 @@ def _in_word_order(slots: list[int], mask: str) -> list[int]:
 
 def _encode_source(row: np.ndarray, k: int, source: Source) -> list[int]:
     """Fill the fields of source k; return the four slots the operation reads."""
-    first = _FILES[source.file] + 4 * source.index
+    first = _FILES[source.file] + 4 * source.number
     slots = [first + component for component in _components(source.swizzle)]
     if not (source.negate or source.absolute or source.address):
         return slots
@@ -113,11 +113,10 @@ def _encode_source(row: np.ndarray, k: int, source: Source) -> list[int]:
     row[FLAGS] |= PREPARE
     row[ORIGIN + 4 * k : ORIGIN + 4 * k + 4] = slots
     row[CHANGE + k] = STAGE | NEGATE * source.negate | ABSOLUTE * source.absolute
+    row[INDEX + k] = -1
     if source.address:
         register, letter = source.address
         row[INDEX + k] = ADDRESS + 4 * register + COMPONENTS.index(letter)
-    else:
-        row[INDEX + k] = -1
     return [STAGED + 4 * k + component for component in range(4)]
 
 
@@ -128,7 +127,7 @@ def _encode_destination(row: np.ndarray, instruction: Instruction, destination: 
     if destination.file == "B":
         return
 
-    home = RESULT if destination.file == "CC" else _FILES[destination.file] + 4 * destination.index
+    home = RESULT if destination.file == "CC" else _FILES[destination.file] + 4 * destination.number
     row[HOME] = home
     if instruction.opcode.shape is Shape.LOAD:
         row[WRITE : WRITE + 4] = _in_word_order([home + i for i in range(4)], destination.mask)

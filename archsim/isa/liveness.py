@@ -1,7 +1,7 @@
 """How many temporaries a program holds at once: backward liveness over its control flow graph.
 
-Liveness is kept per component, so a register that is filled in pieces is live from its first piece on; a register
-counts when any component of it is live.
+Liveness is kept per component, so a register that is filled in pieces is live from its first piece on; a
+register counts when any component of it is live.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from archsim.isa.program import NUM_TEMPORARIES, Instruction, Source
 
 
 def live_registers(instructions: Sequence[Instruction]) -> int:
-    """Most vec4 temporaries that are live at once, before or after any instruction (a result counts there)."""
+    """Most vec4 temporaries that are live at once, before or after any instruction; a result counts there."""
     followers = [_followers(instructions, at) for at in range(len(instructions))]
     reads = [_read(instruction) for instruction in instructions]
     kills = [_killed(instruction) for instruction in instructions]
@@ -64,7 +64,7 @@ def _bits(source: Source, components: str) -> int:
     bits = 0
     for component in components:
         letter = source.swizzle[COMPONENTS.index(component)]
-        bits |= 1 << (4 * source.index + COMPONENTS.index(letter))
+        bits |= 1 << (4 * source.number + COMPONENTS.index(letter))
     return bits
 
 
@@ -73,7 +73,7 @@ def _written(instruction: Instruction) -> int:
     destination = instruction.destination
     if destination is None or destination.file != "R":
         return 0
-    return sum(1 << (4 * destination.index + COMPONENTS.index(letter)) for letter in destination.mask)
+    return sum(1 << (4 * destination.number + COMPONENTS.index(letter)) for letter in destination.mask)
 
 
 def _killed(instruction: Instruction) -> int:

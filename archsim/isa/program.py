@@ -16,10 +16,10 @@ NUM_ADDRESSES = 2
 NUM_BASES = 2
 MAX_INSTRUCTIONS = 256
 CALL_STACK = 4
+NUM_LOCKS = 256
 
-RESULTS = (
-    "HPOS COL0 COL1 BFC0 BFC1 FOGC PSIZ TEX0 TEX1 TEX2 TEX3 TEX4 TEX5 TEX6 TEX7 CLP0 CLP1 CLP2 CLP3 CLP4 CLP5"
-).split()
+RESULTS = ["HPOS", "COL0", "COL1", "BFC0", "BFC1", "FOGC", "PSIZ"]
+RESULTS += [f"TEX{k}" for k in range(8)] + [f"CLP{k}" for k in range(6)]
 ATTRIBUTE_NAMES = {"OPOS": 0, "WGHT": 1, "NRML": 2, "COL0": 3, "COL1": 4, "FOGC": 5}
 ATTRIBUTE_NAMES.update({f"TEX{k}": 8 + k for k in range(8)})
 
@@ -41,7 +41,7 @@ class Source(NamedTuple):
     """A source operand: swizzle, then absolute value, then negation."""
 
     file: str  # "R", "v", "c" or "A"
-    index: int  # register number, or the offset k of c[A0.x + k]
+    number: int  # of the register, or the offset k of c[A0.x + k]
     swizzle: str = COMPONENTS  # always four letters
     negate: bool = False
     absolute: bool = False
@@ -50,14 +50,14 @@ class Source(NamedTuple):
     @property
     def register(self) -> tuple[str, int, tuple[int, str] | None]:
         """What is read, whatever its swizzle and sign."""
-        return (self.file, self.index, self.address)
+        return (self.file, self.number, self.address)
 
 
 class Destination(NamedTuple):
-    """Where a result goes: "R", "A", "o" (index into RESULTS), "CC", or "B", memory through a base register."""
+    """Where a result goes: "R", "A", "o" (number in RESULTS), "CC", or "B": memory by a base register."""
 
     file: str
-    index: int = 0
+    number: int = 0
     mask: str = COMPONENTS
 
 
@@ -111,5 +111,5 @@ class Program(NamedTuple):
     @property
     def num_attributes(self) -> int:
         """One more than the highest attribute register that is read."""
-        read = [s.index + 1 for i in self.instructions for s in i.sources if s.file == "v"]
+        read = [s.number + 1 for i in self.instructions for s in i.sources if s.file == "v"]
         return max(read, default=0)

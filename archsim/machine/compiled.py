@@ -1,44 +1,208 @@
-"""The machine, compiled: plays work on a spec and returns exactly the counters of reference.py, much faster.
-
-Time is counted in core cycles; the loop visits only those in which something can happen. The order of what meets in
-one cycle is that of README.md: fills, source, issue, lookups; then the DRAM plays the memory clocks that lie before
-the next cycle visited.
-"""
+"""The machine, compiled: plays work on a spec and returns exactly the counters of reference.py, much faster."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from archsim.errors import ArchsimError, DeadlockError, Problem, fail
-from archsim.jit import njit
-from archsim.machine.counters import STALL_LOCK, STALL_NO_WORK, STALL_SUPPLIER, Counters
-from archsim.machine.loading import Loaded, load_next, nothing_loaded
+from archsim.machine.counters import STALL_NO_WORK, STALL_SUPPLIER, Counters
+from archsim.machine.loading import load_next, nothing_loaded
+from archsim.machine.loop import ANSWER, BAD_UNLOCK, NEEDS_ROOM, NEEDS_TASKS, Machine, RunState, State, play
 from archsim.machine.spec import MachineSpec
-from archsim.model.cache import compiled as cache_model
-from archsim.model.cache.compiled import READ, WRITE, WRITEBACK, CacheState, CacheTable, Request
+from archsim.model.cache.compiled import NOT_BLOCKED, cache_table, new_caches
 from archsim.model.cache.spec import DRAM_PARENT
-from archsim.model.core import compiled as core_model
-from archsim.model.core.compiled import NO_TASK, NO_THREAD, CoreState
-from archsim.model.core.spec import CoreSpec, TaskOrder
-from archsim.model.dram import compiled as dram_model
-from archsim.model.dram.compiled import DramState
-from archsim.model.dram.spec import DramSpec
-from archsim.model.fifo import compiled as fifo_model
-from archsim.model.fifo.compiled import NEVER, FifoState, QueueState
-from archsim.model.fifo.spec import FifoSpec
-from archsim.model.locks import compiled as locks_model
-from archsim.model.locks.compiled import LocksState
-from archsim.model.unit import compiled as unit_model
-from archsim.model.unit.compiled import SourceState
-from archsim.model.unit.spec import UnitSpec
+from archsim.model.core.compiled import NO_TASK, new_cores
+from archsim.model.core.spec import TaskOrder
+from archsim.model.dram.compiled import new_dram
+from archsim.model.fifo.compiled import NEVER, grown, new_fifo, new_queues
+from archsim.model.locks.compiled import new_locks
+from archsim.model.unit.compiled import new_source
 from archsim.trace.records import Op
 from archsim.trace.stream import Work
 
-Progress = Callable[[int, int], Any]  # called with tasks finished, tasks in all
+Progress = Callable[[int, int], Any]  # called with the tasks finished and all tasks
 
-RUNNING, OVER, NEEDS_TASKS, NEEDS_ROOM, BAD_UNLOCK = range(5)  # why `play` returned
 
-ANSWER = np.dtype([(name, np.int64) for name in ("arrival", "rank", "requester")])
+def simulate(spec: MachineSpec, work: Work, progress: Progress | None = None) -> Counters:
+    """Play the work to its end and to the last request's. ArchsimError for work that cannot be played."""
+    machine = _machine(spec)
+    state = _initial_state(spec, machine, work.num_tasks)
+    if work.num_tasks == 0:
+        return _counters(spec, state)
+
+    while True:
+        status = play(machine, state)
+        if status == NEEDS_TASKS:
+            if progress is not None:
+                progress(int(state.run.finished[0]), work.num_tasks)
+            state = _with_next_chunk(spec, state, work)
+        elif status == NEEDS_ROOM:
+            state = _with_room(state)
+        elif status == BAD_UNLOCK:
+            raise _bad_unlock(state)
+        else:
+            break
+
+    if state.run.finished[0] < work.num_tasks or np.any(state.cache.inbox.count):
+        raise _deadlock(spec, state)
+    if progress is not None:
+        progress(work.num_tasks, work.num_tasks)
+    return _counters(spec, state)
+
+
+def _machine(spec: MachineSpec) -> Machine:
+    """The spec as the loop wants it. ArchsimError where it makes no sense."""
+    beats_bytes = spec.dram.burst_beats * spec.dram.beat_bytes
+    users = [sum(user == cache for user in spec.core_cache) for cache in range(len(spec.caches))]
+    parents = [cache.parent for cache in spec.caches]
+    _check(spec)
+    return Machine(
+        core=_integers(spec.core),
+        source=_integers(spec.source),
+        fifo=_integers(spec.fifo),
+        caches=cache_table(spec.caches),
+        dram=_integers(spec.dram),
+        core_cache=np.array(spec.core_cache, np.int64),
+        is_private=np.array([n == 1 and cache not in parents for cache, n in enumerate(users)], np.bool_),
+        bursts=np.array([cache.line_bytes // beats_bytes for cache in spec.caches], np.int64),
+        spare_slots=spec.core.num_cores + 2 * sum(cache.num_ports for cache in spec.caches),
+    )
+
+
+def _integers(spec: Any) -> Any:
+    """A spec whose fields, enums and NumPy scalars too, are plain integers."""
+    return type(spec)(*[_integers(field) if isinstance(field, tuple) else int(field) for field in spec])
+
+
+def _check(spec: MachineSpec) -> None:
+    """ArchsimError for addresses that would lead outside a table."""
+    for number, cache in enumerate(spec.caches):
+        if cache.parent == DRAM_PARENT:
+            continue
+        if not number < cache.parent < len(spec.caches):
+            raise fail(f"cache {number}: its parent {cache.parent} is not a cache behind it")
+        if cache.line_bytes > spec.caches[cache.parent].line_bytes:
+            raise fail(f"cache {number}: its lines are longer than those of its parent")
+    if 1 << spec.dram.channel.bits > spec.dram.num_channels:
+        raise fail("dram: the channel field addresses more channels than there are")
+    if 1 << spec.dram.bank.bits > spec.dram.num_banks:
+        raise fail("dram: the bank field addresses more banks than there are")
+
+
+def _initial_state(spec: MachineSpec, machine: Machine, num_tasks: int) -> State:
+    """Tick 0: all threads ready without a task, caches and queues empty, no task loaded."""
+    num_caches, num_channels = len(spec.caches), spec.dram.num_channels
+    num_threads = spec.core.num_cores * spec.core.num_threads
+    num_mshrs = sum(cache.num_mshrs for cache in spec.caches)
+    longest_wake = max((cache.hit_cycles for cache in spec.caches), default=1)
+    queue_capacity = 64 + 2 * machine.spare_slots
+
+    fifo = new_fifo()
+    is_ideal = spec.source.interval_cycles == 0
+    if spec.core.task_order == TaskOrder.INTERLEAVED:
+        fifo.ends[:] = num_tasks
+    elif is_ideal:
+        fifo.ends[1] = num_tasks
+    run = RunState(*[np.zeros(1, np.int64) for _ in RunState._fields])
+    run.next_answer[0] = run.next_lookup[0] = NEVER
+    return State(
+        core=new_cores(machine.core, STALL_SUPPLIER + num_caches + 1, longest_wake),
+        locks=new_locks(spec.locks.num_locks, num_threads),
+        source=new_source(),
+        fifo=fifo,
+        cache=new_caches(machine.caches, queue_capacity),
+        dram=new_dram(machine.dram, queue_capacity),
+        answers=new_queues(num_caches + num_channels, num_mshrs + 1, ANSWER),
+        filling=np.zeros(num_mshrs + 1, np.int64),
+        tasks=nothing_loaded(num_tasks),
+        run=run,
+    )
+
+
+def _with_next_chunk(spec: MachineSpec, state: State, work: Work) -> State:
+    """The state with one more chunk and without the tasks that no thread needs any more."""
+    wanted = np.concatenate([state.core.task, state.core.next_task])
+    if spec.core.task_order == TaskOrder.FIRST_FREE:
+        wanted = np.append(wanted, state.fifo.ends[0])
+    loaded = state.tasks
+    end = loaded.first_task + len(loaded.starts) - 1
+    first_needed = min(int(wanted[wanted != NO_TASK].min()), end)
+
+    state.core.cursor[:] -= loaded.starts[first_needed - loaded.first_task]
+    return state._replace(tasks=load_next(spec, loaded, work.chunks, first_needed))
+
+
+def _with_room(state: State) -> State:
+    """The state with larger queues."""
+    state.run.needs_room[0] = 0
+    cache = state.cache._replace(inbox=grown(state.cache.inbox))
+    dram = state.dram._replace(queue=grown(state.dram.queue))
+    return state._replace(cache=cache, dram=dram)
+
+
+def _bad_unlock(state: State) -> ArchsimError:
+    """A thread released a lock that it did not hold."""
+    number = state.run.culprit[0]
+    lock = state.tasks.records[state.core.cursor[number] - 1]["address"]
+    return fail(f"thread {number} unlocks lock {lock}, which it does not hold")
+
+
+def _deadlock(spec: MachineSpec, state: State) -> DeadlockError:
+    """What every unfinished thread waits for."""
+    what = [_waits_for(spec, state, number) for number in np.flatnonzero(state.core.task != NO_TASK)]
+    cycle = int(state.run.cycle[0])
+    head = f"deadlock in core cycle {cycle}: {state.run.finished[0]} of {state.tasks.num_tasks} tasks finished"
+    return DeadlockError([Problem(None, head), *[Problem(None, line) for line in what]])
+
+
+def _waits_for(spec: MachineSpec, state: State, number: int) -> str:
+    """One line on a thread that waits."""
+    core, thread = divmod(int(number), spec.core.num_threads)
+    record = state.tasks.records[state.core.cursor[number] - 1]
+    operation, address = Op(record["op"]), record["address"]
+    if operation != Op.LOCK:
+        return f"core {core} thread {thread} waits for its {operation.name} of address {address}"
+    holder_core, holder = divmod(int(state.locks.holder[address]), spec.core.num_threads)
+    return f"core {core} thread {thread} waits for lock {address}, held by core {holder_core} thread {holder}"
+
+
+def _counters(spec: MachineSpec, state: State) -> Counters:
+    """What the state says at the end of a run."""
+    core, cache, dram = state.core, state.cache, state.dram
+    cycles = int(state.run.last_finish[0])
+    period = spec.core.period_ticks
+    stalled = core.stalled.copy()
+    stalled[:, STALL_NO_WORK] += cycles - core.after_issue
+    still_blocked = np.where(cache.blocked_since == NOT_BLOCKED, 0, state.run.cycle[0] - cache.blocked_since)
+    return Counters(
+        cycles=cycles,
+        useful=core.useful,
+        stalled=stalled,
+        tasks=core.tasks,
+        emitted=core.emitted,
+        locks_taken=int(state.locks.taken[0]),
+        locks_waited=int(state.locks.waited[0]),
+        lock_wait_ticks=int(state.locks.wait_cycles[0]) * period,
+        cache_reads=cache.kinds[:, 0].copy(),
+        cache_writes=cache.kinds[:, 1].copy(),
+        cache_writebacks_in=cache.kinds[:, 2].copy(),
+        cache_hits=cache.outcomes[:, 0].copy(),
+        cache_merges=cache.outcomes[:, 1].copy(),
+        cache_misses=cache.outcomes[:, 2].copy(),
+        cache_fetches=cache.fetches,
+        cache_writebacks_out=cache.writebacks_out,
+        cache_blocked=cache.blocked + still_blocked,
+        cache_fetch_ticks=cache.fetch_cycles * period,
+        dram_reads=dram.served[:, 0].copy(),
+        dram_writes=dram.served[:, 1].copy(),
+        dram_row_hits=dram.rows[:, 0].copy(),
+        dram_row_misses=dram.rows[:, 1].copy(),
+        dram_row_conflicts=dram.rows[:, 2].copy(),
+        dram_activates=dram.activates,
+        dram_precharges=dram.precharges,
+        dram_refreshes=dram.refreshes,
+        dram_data_clocks=dram.data_clocks,
+    )

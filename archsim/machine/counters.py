@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -49,19 +49,19 @@ class Counters(NamedTuple):
 
 def no_counters(spec: MachineSpec) -> Counters:
     """Counters of a run in which nothing happened."""
-    num_cores, num_caches, num_channels = spec.core.num_cores, len(spec.caches), spec.dram.num_channels
-    shapes = {
-        "useful": num_cores,
+    num_cores, num_caches = spec.core.num_cores, len(spec.caches)
+    shapes: dict[str, tuple[int, ...]] = {
+        "useful": (num_cores,),
         "stalled": (num_cores, STALL_SUPPLIER + num_caches + 1),
-        "tasks": num_cores,
-        "emitted": num_cores,
+        "tasks": (num_cores,),
+        "emitted": (num_cores,),
     }
-    values: dict[str, int | np.ndarray] = {}
+    values: dict[str, Any] = {}
     for name in Counters._fields:
         if name.startswith("cache_"):
             values[name] = np.zeros(num_caches, np.int64)
         elif name.startswith("dram_"):
-            values[name] = np.zeros(num_channels, np.int64)
+            values[name] = np.zeros(spec.dram.num_channels, np.int64)
         else:
             values[name] = np.zeros(shapes[name], np.int64) if name in shapes else 0
     return Counters(**values)
@@ -69,4 +69,5 @@ def no_counters(spec: MachineSpec) -> Counters:
 
 def added(a: Counters, b: Counters) -> Counters:
     """Two phases on the same machine, one after the other."""
-    return Counters(*(x + y for x, y in zip(a, b, strict=True)))
+    sums: dict[str, Any] = {name: getattr(a, name) + getattr(b, name) for name in Counters._fields}
+    return Counters(**sums)

@@ -106,16 +106,18 @@ class Machine:
         return take
 
     def watch(self, progress: Progress | None) -> Generator[simpy.Event, None, None]:
-        """The process that ends the run: at the core edge at which the last task was finished."""
-        tick = finished = 0
-        while finished < self.num_tasks:
+        """The process that ends the run: after the first tick with all finished and nothing on its way."""
+        tick, periods = 0, (self.spec.core.period_ticks, self.spec.dram.period_ticks)
+        while True:
             yield at(self.env, tick, Phase.END)
             finished = sum(core.tasks for core in self.cores)
             if progress is not None:
                 progress(finished, self.num_tasks)
             if finished < self.num_tasks:
                 self._check_deadlock()
-            tick += self.spec.core.period_ticks
+            elif self.dram.is_quiet() and all(cache.is_quiet() for cache in self.caches):
+                return
+            tick = min((tick // period + 1) * period for period in periods)
 
     def _check_deadlock(self) -> None:
         """Stuck: no thread is ready, none will get data, none will be handed a task."""

@@ -17,10 +17,10 @@ class Phase(IntEnum):
     FILL = 1  # data comes back
     SOURCE = 2  # the source makes a task
     ISSUE = 3  # cores issue, by core index
-    END = 4  # the run is over when the last task is finished
-    ARRIVE = 5  # requests join the queue they were sent to, by sender
-    LOOKUP = 6  # caches look up, by cache index
-    COMMAND = 7  # channels issue commands, by channel index
+    ARRIVE = 4  # requests join the queue they were sent to, by sender
+    LOOKUP = 5  # caches look up, by cache index
+    COMMAND = 6  # channels issue commands, by channel index
+    END = 7  # the tick is over
 
 
 def at(env: simpy.Environment, tick: int, phase: Phase, index: int = 0) -> simpy.Event:

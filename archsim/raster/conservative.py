@@ -1,7 +1,7 @@
 """Conservative rasterization: every cell that a triangle overlaps gets a grid fragment. [Johnson04] sec. 5.1
 
-Triangles are given by homogeneous edge functions ([Olano97]), so no clipping against the light plane is needed: a triangle
-that crosses it is tested against every cell of the viewport.
+Triangles are given by homogeneous edge functions ([Olano97]), so no clipping against the light plane is needed: a
+triangle that crosses it is tested against every cell of the viewport.
 """
 
 from __future__ import annotations
@@ -27,7 +27,9 @@ class Setup(NamedTuple):
 
     triangle: np.ndarray  # int32 [n] index in the mesh
     edges: np.ndarray  # float64 [n, 3, 3] (a, b, c): inside where a x + b y + c >= 0
-    bounds: np.ndarray  # float64 [n, 4] x0, y0, x1, y1 of the projection, infinite where it crosses the light plane
+    bounds: (
+        np.ndarray
+    )  # float64 [n, 4] x0, y0, x1, y1 of the projection, infinite where it crosses the light plane
 
 
 class GridFragments(NamedTuple):
@@ -90,8 +92,8 @@ def _walk(setup, stencil, viewport, tile, margin, out):
 @njit
 def _box(bounds, viewport, margin):
     """Cells of the viewport that the triangle's bounds meet."""
-    i0 = max(viewport.i0, np.int64(np.floor(max(bounds[0] - margin, viewport.i0 - 1.0))))
-    j0 = max(viewport.j0, np.int64(np.floor(max(bounds[1] - margin, viewport.j0 - 1.0))))
+    i0 = max(viewport.i0, np.int64(np.ceil(max(bounds[0] - margin, viewport.i0 - 1.0))) - 1)
+    j0 = max(viewport.j0, np.int64(np.ceil(max(bounds[1] - margin, viewport.j0 - 1.0))) - 1)
     i1 = min(viewport.i1, np.int64(np.floor(min(bounds[2] + margin, viewport.i1 + 1.0))) + 1)
     j1 = min(viewport.j1, np.int64(np.floor(min(bounds[3] + margin, viewport.j1 + 1.0))) + 1)
     if i0 >= i1 or j0 >= j1:

@@ -1,4 +1,4 @@
-"""The run folder: written beside its final name and renamed when whole; a killed run leaves nothing that looks finished.
+"""The run folder: written beside its final name, renamed when whole; a killed run leaves nothing that looks finished.
 
 A folder is an archsim run when it holds `manifest.json`, which is written last.
 """
@@ -67,7 +67,9 @@ def check_target(out: Path | None) -> None:
     if not out.is_dir():
         raise fail("is not a folder", Location(str(out)), "name a new folder with --out")
     if any(out.iterdir()) and not (out / MANIFEST).is_file():
-        raise fail("holds something else than an archsim run", Location(str(out)), "name a new folder with --out")
+        raise fail(
+            "holds something else than an archsim run", Location(str(out)), "name a new folder with --out"
+        )
 
 
 def result_json(result: Result) -> str:
@@ -117,7 +119,9 @@ def load_folder(path: Path) -> StoredRun:
     return StoredRun(path, result, _read_text(path / "config.yaml"), _read_json(path / MANIFEST))
 
 
-def _fill(folder: Path, result: Result, config_yaml: str, manifest: Mapping[str, Any], report_html: str) -> None:
+def _fill(
+    folder: Path, result: Result, config_yaml: str, manifest: Mapping[str, Any], report_html: str
+) -> None:
     """Write every file, the manifest last."""
     (folder / "result.json").write_text(result_json(result), encoding="utf-8")
     (folder / "config.yaml").write_text(config_yaml, encoding="utf-8")
@@ -181,7 +185,9 @@ def _read_text(path: Path) -> str:
     try:
         return path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        raise fail(f"cannot be read: {getattr(error, 'strerror', None) or error}", Location(str(path))) from None
+        raise fail(
+            f"cannot be read: {getattr(error, 'strerror', None) or error}", Location(str(path))
+        ) from None
 
 
 def _read_json(path: Path) -> dict[str, Any]:
@@ -202,4 +208,3 @@ def _read_shadow(path: Path) -> np.ndarray:
     if shadow.dtype != np.bool_ or shadow.ndim != 2:
         raise fail("is not a mask of bool [height, width]", Location(str(path)))
     return shadow
-

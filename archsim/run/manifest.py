@@ -1,4 +1,4 @@
-"""Provenance of a run: what made it, on what, from what. Everything that may differ between two equal runs is in here."""
+"""Provenance of a run: what made it, on what, from what. All that may differ between two equal runs is in here."""
 
 from __future__ import annotations
 
@@ -12,7 +12,18 @@ from typing import Any
 import archsim
 from archsim.jit import code_digest
 
-_PACKAGES = ("numpy", "numba", "llvmlite", "simpy", "pydantic", "PyYAML", "trimesh", "pandas", "matplotlib", "jinja2")
+_PACKAGES = (
+    "numpy",
+    "numba",
+    "llvmlite",
+    "simpy",
+    "pydantic",
+    "PyYAML",
+    "trimesh",
+    "pandas",
+    "matplotlib",
+    "jinja2",
+)
 
 
 def make_manifest(

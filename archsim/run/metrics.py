@@ -44,7 +44,12 @@ def _core_statistics(machine: PhaseMachine, counters: Counters, add: Add) -> Non
     slots = counters.cycles * spec.core.num_cores
     frequency = machine.tick_hertz / spec.core.period_ticks
     add("cycles", counters.cycles, "cycles", "Core cycles until the last task was finished.")
-    add("instructions", counters.useful.sum(), "instructions", "Issue slots in which an instruction was issued.")
+    add(
+        "instructions",
+        counters.useful.sum(),
+        "instructions",
+        "Issue slots in which an instruction was issued.",
+    )
     add("tasks", counters.tasks.sum(), "tasks", "Tasks finished.")
     add("emitted", counters.emitted.sum(), "items", "EMIT operations.")
     add("useful_percent", percent(counters.useful.sum(), slots), "%", "Share of issue slots that were used.")
@@ -55,16 +60,33 @@ def _core_statistics(machine: PhaseMachine, counters: Counters, add: Add) -> Non
         "Core clock frequency over cycles: the rate if a frame were this phase alone.",
     )
     stalled = counters.stalled.sum(axis=0)
-    add("stall.no_work_percent", percent(stalled[STALL_NO_WORK], slots), "%", "Slots empty for want of tasks.")
-    add("stall.lock_percent", percent(stalled[STALL_LOCK], slots), "%", "Slots empty while waiting for a lock.")
+    add(
+        "stall.no_work_percent", percent(stalled[STALL_NO_WORK], slots), "%", "Slots empty for want of tasks."
+    )
+    add(
+        "stall.lock_percent",
+        percent(stalled[STALL_LOCK], slots),
+        "%",
+        "Slots empty while waiting for a lock.",
+    )
     suppliers = [*machine.cache_names, "dram"]
     for name in dict.fromkeys(suppliers):
         empty = sum(int(stalled[STALL_SUPPLIER + k]) for k, other in enumerate(suppliers) if other == name)
-        add(f"stall.{name}_percent", percent(empty, slots), "%", f"Slots empty while waiting for a line from {name}.")
+        add(
+            f"stall.{name}_percent",
+            percent(empty, slots),
+            "%",
+            f"Slots empty while waiting for a line from {name}.",
+        )
     add("locks.taken", counters.locks_taken, "grants", "LOCK operations granted.")
     add("locks.waited", counters.locks_waited, "grants", "LOCK operations that found the lock held.")
     waited = ratio(counters.lock_wait_ticks / spec.core.period_ticks, counters.locks_waited)
-    add("locks.average_wait_cycles", waited, "cycles", "Cycles from asking to grant, over the LOCKs that waited.")
+    add(
+        "locks.average_wait_cycles",
+        waited,
+        "cycles",
+        "Cycles from asking to grant, over the LOCKs that waited.",
+    )
 
 
 def _cache_statistics(machine: PhaseMachine, counters: Counters, name: str, add: Add) -> None:
@@ -77,18 +99,35 @@ def _cache_statistics(machine: PhaseMachine, counters: Counters, name: str, add:
         total(counters.cache_reads) + total(counters.cache_writes) + total(counters.cache_writebacks_in)
     )
     fetches = total(counters.cache_fetches)
-    add(f"{name}.accesses", accesses, "lookups", "Accepted lookups: reads, writes and write-backs from children.")
+    add(
+        f"{name}.accesses",
+        accesses,
+        "lookups",
+        "Accepted lookups: reads, writes and write-backs from children.",
+    )
     add(f"{name}.reads", total(counters.cache_reads), "lookups", "Read lookups: loads or a child's fetches.")
     add(f"{name}.writes", total(counters.cache_writes), "lookups", "Write lookups: stores.")
     add(f"{name}.writebacks_in", total(counters.cache_writebacks_in), "lookups", "Write-backs from children.")
     add(f"{name}.hits", total(counters.cache_hits), "lookups", "Lookups that found their line present.")
-    add(f"{name}.merges", total(counters.cache_merges), "lookups", "Lookups that found their line on its way.")
+    add(
+        f"{name}.merges", total(counters.cache_merges), "lookups", "Lookups that found their line on its way."
+    )
     add(f"{name}.misses", total(counters.cache_misses), "lookups", "Lookups that found no line.")
     add(f"{name}.fetches", fetches, "lines", "Lines fetched from the next level.")
-    add(f"{name}.writebacks", total(counters.cache_writebacks_out), "lines", "Dirty victims sent to the next level.")
+    add(
+        f"{name}.writebacks",
+        total(counters.cache_writebacks_out),
+        "lines",
+        "Dirty victims sent to the next level.",
+    )
     add(f"{name}.hit_percent", percent(total(counters.cache_hits), accesses), "%", "Hits over accesses.")
     blocked = total(counters.cache_blocked)
-    add(f"{name}.blocked_cycles", blocked, "cycles", "Cycles in which the oldest request could not be accepted.")
+    add(
+        f"{name}.blocked_cycles",
+        blocked,
+        "cycles",
+        "Cycles in which the oldest request could not be accepted.",
+    )
     below = ratio(total(counters.cache_fetch_ticks) / machine.spec.core.period_ticks, fetches)
     add(
         f"{name}.average_miss_cycles",
@@ -106,14 +145,34 @@ def _dram_statistics(machine: PhaseMachine, counters: Counters, add: Add) -> Non
     add("dram.requests", reads + writes, "requests", "Line requests served.")
     add("dram.reads", reads, "requests", "Read requests served.")
     add("dram.writes", writes, "requests", "Write requests served.")
-    add("dram.row_hits", counters.dram_row_hits.sum(), "requests", "Requests whose row was open when first considered.")
+    add(
+        "dram.row_hits",
+        counters.dram_row_hits.sum(),
+        "requests",
+        "Requests whose row was open when first considered.",
+    )
     add("dram.row_misses", counters.dram_row_misses.sum(), "requests", "Requests whose bank was closed then.")
-    add("dram.row_conflicts", counters.dram_row_conflicts.sum(), "requests", "Requests that met another open row.")
+    add(
+        "dram.row_conflicts",
+        counters.dram_row_conflicts.sum(),
+        "requests",
+        "Requests that met another open row.",
+    )
     add("dram.activates", counters.dram_activates.sum(), "commands", "ACT commands.")
-    add("dram.precharges", counters.dram_precharges.sum(), "commands", "PRE commands; one for all banks counts once.")
+    add(
+        "dram.precharges",
+        counters.dram_precharges.sum(),
+        "commands",
+        "PRE commands; one for all banks counts once.",
+    )
     add("dram.refreshes", counters.dram_refreshes.sum(), "commands", "REF commands.")
     add("dram.bytes", moved, "bytes", "Bytes carried by the data buses.")
-    add("dram.bandwidth_bytes_per_cycle", ratio(moved, counters.cycles), "bytes/cycle", "Bytes over core cycles.")
+    add(
+        "dram.bandwidth_bytes_per_cycle",
+        ratio(moved, counters.cycles),
+        "bytes/cycle",
+        "Bytes over core cycles.",
+    )
     busy = percent(counters.dram_data_clocks.sum(), clocks * spec.dram.num_channels)
     add("dram.bus_percent", busy, "%", "Share of memory clocks in which a data bus carried data.")
 
@@ -129,7 +188,11 @@ def phase_checks(phase: str, machine: PhaseMachine, counters: Counters) -> list[
     classified = counters.dram_row_hits + counters.dram_row_misses + counters.dram_row_conflicts
     carried = int(counters.dram_data_clocks.sum()) * 2 * spec.dram.beat_bytes
     laws = [
-        ("slots", counters.useful + counters.stalled.sum(axis=1), np.full(spec.core.num_cores, counters.cycles)),
+        (
+            "slots",
+            counters.useful + counters.stalled.sum(axis=1),
+            np.full(spec.core.num_cores, counters.cycles),
+        ),
         ("lookups", lookups, outcomes),
         ("fetches reach the DRAM", counters.cache_fetches[last].sum(), counters.dram_reads.sum()),
         ("write-backs reach the DRAM", counters.cache_writebacks_out[last].sum(), counters.dram_writes.sum()),
@@ -141,7 +204,9 @@ def phase_checks(phase: str, machine: PhaseMachine, counters: Counters) -> list[
         if children:
             sent = counters.cache_writebacks_out[children].sum()
             laws.append((f"write-backs into cache {k}", sent, counters.cache_writebacks_in[k]))
-            laws.append((f"fetches from cache {k}", counters.cache_fetches[children].sum(), counters.cache_reads[k]))
+            laws.append(
+                (f"fetches from cache {k}", counters.cache_fetches[children].sum(), counters.cache_reads[k])
+            )
     return [_equal(f"{phase}: {name}", left, right) for name, left, right in laws]
 
 

@@ -102,7 +102,7 @@ def _find_packaged(name: str, where: Location | None) -> Path:
 def _read_npz(path: Path) -> tuple[np.ndarray, np.ndarray]:
     """Arrays `v` and `f` of an .npz file; other arrays are not looked at. Pickles are refused."""
     try:
-        with np.load(path, allow_pickle=False) as arrays:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
             missing = [key for key in ("v", "f") if key not in arrays]
             if missing:
                 raise MeshProblem(f"no array '{missing[0]}'; it has {', '.join(sorted(arrays)) or 'none'}")

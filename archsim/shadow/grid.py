@@ -5,7 +5,7 @@
     physical i = (i + floor(j / physical width)  * tile width)  mod physical width
     physical j = (j + floor(i / physical height) * tile height) mod physical height
 
-Heads are stored tile by tile. Physical sizes and tile sizes are powers of two, so float32 arithmetic on them is exact.
+Heads are stored tile by tile. Physical sizes and tile sizes are powers of two: float32 arithmetic on them is exact.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The irregular z-buffer as a plain algorithm. [Johnson04] sec. 2, 4 and 5
 
-It works in the same float32 arithmetic, on the same constants and in the same order as the kernels in `kernels/izb_*.s`, so that
-their results must be equal to its own.
+It works in the same float32 arithmetic, on the same constants and in the same order as the kernels in
+`kernels/izb_*.s`, so that their results must be equal to its own.
 """
 
 from __future__ import annotations

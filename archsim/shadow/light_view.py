@@ -1,8 +1,8 @@
 """Light views: which samples a light sees through which perspective view, and each view's map to logical cells.
 
-One view is enough when the samples fit it; else up to six views along the axes of a cube share them, so that no sample is
-ever left out. A view is a linear map of light-relative world space to homogeneous logical coordinates (X, Y, W):
-the logical position is (X / W, Y / W), the light depth is W.
+One view is enough when the samples fit it; else up to six views along the axes of a cube share them, so that no
+sample is ever left out. A view is a linear map of light-relative world space to homogeneous logical coordinates
+(X, Y, W): the logical position is (X / W, Y / W), the light depth is W.
 """
 
 from __future__ import annotations
@@ -18,8 +18,11 @@ from archsim.shadow.grid import Grid
 
 MAX_HALF_ANGLE_DEGREES = 60.0  # a fitted view wider than this gives way to a cube's faces
 MARGIN_CELLS = 0.05  # samples stay at least this far inside the grid
-AT_LIGHT = 2.0**-14  # a sample this near to the light, relative to the way eye - sample - light, counts as lit
-ROUNDING = 2.0**-21  # float32 error of a logical position, relative to the grid and to that way over the light depth
+AT_LIGHT = (
+    2.0**-14
+)  # a sample this near to the light, relative to the way eye - sample - light, counts as lit
+ROUNDING = 2.0**-21  # float32 error of a position on the tangent plane, relative to that way over the light depth
+NARROWEST = 2.0**12  # a window is at least this many rounding errors wide
 
 
 class LightFace(NamedTuple):
@@ -28,6 +31,7 @@ class LightFace(NamedTuple):
     to_logical: np.ndarray  # float64 [3, 3]: (X, Y, W) = to_logical @ (world - light)
     light: np.ndarray  # float64 [3]
     taken: np.ndarray  # bool [height, width]: pixels whose samples belong to this face
+    rounding_cells: float  # float32 error of a sample's logical position
 
 
 def sample_points(scene: Scene, eye_view: EyeView) -> np.ndarray:
@@ -123,26 +127,24 @@ def _face(
     taken: np.ndarray,
     window: tuple[float, float, float, float] | None = None,
 ) -> LightFace:
-    """The face that looks along `axes`; without a window (x0, y0, x1, y1) on the tangent plane, one that just holds its samples."""
+    """The face that looks along `axes`, with a window (x0, y0, x1, y1) on the tangent plane, by default a tight one."""
     local = samples.towards[taken] @ axes.T
-    margin = ROUNDING * float((samples.way[taken] / local[:, 2]).max())
+    rounding = ROUNDING * float((samples.way[taken] / local[:, 2]).max())
     if window is None:
         x, y = local[:, 0] / local[:, 2], local[:, 1] / local[:, 2]
         window = (x.min(), y.min(), x.max(), y.max())
-    return LightFace(_window(axes, grid, window, margin), position, taken)
+    scale_x, shift_x, rounding_x = _fit(grid.logical_width, window[0], window[2], rounding)
+    scale_y, shift_y, rounding_y = _fit(grid.logical_height, window[1], window[3], rounding)
+    to_cells = np.array([[scale_x, 0.0, shift_x], [0.0, scale_y, shift_y], [0.0, 0.0, 1.0]])
+    return LightFace(to_cells @ axes, position, taken, max(rounding_x, rounding_y))
 
 
-def _window(
-    axes: np.ndarray, grid: Grid, window: tuple[float, float, float, float], rounding: float
-) -> np.ndarray:
-    """The map that puts the window onto the logical grid, less a margin that keeps float32 rounding inside."""
-    x0, y0, x1, y1 = window
-    smallest = 1e-6 * max(1.0, abs(x0), abs(x1), abs(y0), abs(y1))
-    margin_x = min(MARGIN_CELLS + rounding * grid.logical_width, grid.logical_width / 4)
-    margin_y = min(MARGIN_CELLS + rounding * grid.logical_height, grid.logical_height / 4)
-    scale_x = (grid.logical_width - 2 * margin_x) / max(x1 - x0, smallest)
-    scale_y = (grid.logical_height - 2 * margin_y) / max(y1 - y0, smallest)
-    to_cells = np.array(
-        [[scale_x, 0.0, margin_x - scale_x * x0], [0.0, scale_y, margin_y - scale_y * y0], [0.0, 0.0, 1.0]]
-    )
-    return to_cells @ axes
+def _fit(num_cells: int, low: float, high: float, rounding: float) -> tuple[float, float, float]:
+    """Scale and shift that put low ... high onto the cells, less a margin that keeps float32 rounding inside.
+
+    The third number is the rounding error in cells. A window too small for float32 is widened.
+    """
+    error = rounding * (1.0 + max(abs(low), abs(high)))
+    middle, extent = 0.5 * (low + high), max(high - low, error * NARROWEST) + 2 * error
+    scale = (num_cells - 2 * MARGIN_CELLS) / extent
+    return scale, 0.5 * num_cells - scale * middle, scale * error

@@ -2,8 +2,8 @@
 
 For homogeneous vertices v = (X, Y, W), the edge function of v_i, v_j at (x, y) is (v_i x v_j) . (x, y, 1), and with
 N = v0 x v1 + v1 x v2 + v2 x v0 and det = v0 . (v1 x v2) the reciprocal depth is N . (x, y, 1) / det.
-A cross product changes only its sign when its vertices change places, in floating point too: a sample on an edge that two triangles
-share is never missed by both.
+A cross product changes only its sign when its vertices change places, in floating point too: a sample on an edge that
+two triangles share is never missed by both.
 """
 
 from __future__ import annotations
@@ -30,8 +30,9 @@ class Occluders(NamedTuple):
 def set_up(scene: Scene, face: LightFace, offset_cells: float) -> Occluders:
     """Edge functions and depth planes of all triangles that the light sees at all, in submission order.
 
-    The depth plane is moved by `offset_cells` along its slope and by a relative amount, away from the light, so that no triangle
-    shadows the samples that lie on it; where eye and light are on opposite sides of the triangle, towards the light, so that it does.
+    The depth plane is moved by `offset_cells` (at least the rounding error) along its slope and by a relative amount,
+    away from the light, so that no triangle shadows the samples that lie on it; where eye and light are on opposite
+    sides of the triangle, towards the light, so that it does.
     """
     corners = scene.mesh.vertices.astype(np.float64)[scene.mesh.triangles]
     homogeneous = _transformed(corners - face.light, face.to_logical)
@@ -45,7 +46,7 @@ def set_up(scene: Scene, face: LightFace, offset_cells: float) -> Occluders:
     away = np.where(_opposed(corners[kept], np.asarray(scene.camera.eye), face.light), -1.0, 1.0)
     slope = np.abs(plane[:, :2]).sum(axis=1)
     plane = plane * (1.0 - away * RELATIVE_OFFSET)[:, None]
-    plane[:, 2] -= away * slope * offset_cells
+    plane[:, 2] -= away * slope * max(offset_cells, face.rounding_cells)
     setup = Setup(kept.astype(np.int32), edges, _bounds(homogeneous[kept]))
     return Occluders(setup, _as_attributes(edges), _as_attributes(plane))
 

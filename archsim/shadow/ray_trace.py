@@ -64,7 +64,7 @@ def shadow_mask(scene: Scene, light_index: int, eye_view: EyeView | None = None)
 
 
 class Tree(NamedTuple):
-    """Boxes in boxes. Node n is a leaf, or if number[n] is INNER has the children first[n] and first[n] + 1."""
+    """Boxes in boxes. Node n is a leaf, or INNER with the children first[n] and first[n] + 1."""
 
     low: np.ndarray  # float64 [num_nodes, 3]
     high: np.ndarray  # float64 [num_nodes, 3]

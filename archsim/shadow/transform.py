@@ -1,7 +1,7 @@
 """From pixel and depth to logical cells in one linear step: the constants that the build kernel is given.
 
-With z the eye depth, a sample is P = eye + z (corner + x step_x + y step_y). Divided by z, its light-space position is linear in
-x, y and 1/z, and the division by W that follows cancels the 1/z: no inverse of z is ever taken.
+With z the eye depth, a sample is P = eye + z (corner + x step_x + y step_y). Divided by z, its light-space position is
+linear in x, y and 1/z, and the division by W that follows cancels the 1/z: no inverse of z is ever taken.
 """
 
 from __future__ import annotations
@@ -31,7 +31,10 @@ def light_transform(scene: Scene, face: LightFace, tile: tuple[int, int]) -> Lig
     pair = np.arange(pairs_wide * tile[1])[:, None]
     offset = corner + pair % pairs_wide * 2 * step_x + pair // pairs_wide * step_y
     return LightTransform(
-        _lanes(face, step_x), _lanes(face, step_y), _lanes(face, origin - face.light, z=1.0), _lanes(face, offset)
+        _lanes(face, step_x),
+        _lanes(face, step_y),
+        _lanes(face, origin - face.light, z=1.0),
+        _lanes(face, offset),
     )
 
 

@@ -42,5 +42,6 @@ def combined(a: IzbWorkload, b: IzbWorkload) -> IzbWorkload:
     """Two light views as one workload: counts add up, the stencil's extent is the larger one of the two."""
     total = IzbWorkload(*(x + y for x, y in zip(a, b, strict=True)))
     return total._replace(
-        stencil_width=max(a.stencil_width, b.stencil_width), stencil_height=max(a.stencil_height, b.stencil_height)
+        stencil_width=max(a.stencil_width, b.stencil_width),
+        stencil_height=max(a.stencil_height, b.stencil_height),
     )

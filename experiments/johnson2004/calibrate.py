@@ -2,9 +2,9 @@
 
 Run: python experiments/johnson2004/calibrate.py doom|knot [--tries N] [--seed S]
 
-Only Table 1 is looked at: cycles, latencies and useful cycles never enter. The best views found are printed as YAML with the
-residual of each column. A view is scored at half the resolution on a grid of half the size, which leaves list lengths alone and
-quarters every count.
+Only Table 1 is looked at: cycles, latencies and useful cycles never enter. The best views found are printed as YAML
+with the residual of each column. A view is scored at half the resolution on a grid of half the size, which leaves list
+lengths alone and quarters every count.
 """
 
 from __future__ import annotations
@@ -84,7 +84,9 @@ def search_knot(mesh: Mesh, tries: int, rng: np.random.Generator) -> None:
     best = math.inf
     for _ in range(tries):
         position = low + (high - low) * rng.uniform(0.05, 0.95, 3)
-        camera = random_camera(low + (high - low) * rng.uniform(0.1, 0.9, 3), rng, float((high - low).max()) / 4)
+        camera = random_camera(
+            low + (high - low) * rng.uniform(0.1, 0.9, 3), rng, float((high - low).max()) / 4
+        )
         if not fits(mesh, camera, position):
             continue
         view = fitted_view(mesh, camera, position, PRINTED["knot_light0"], rng)
@@ -97,10 +99,10 @@ def random_camera(near: np.ndarray, rng: np.random.Generator, reach: float = 300
     """A camera somewhere near a point, looking anywhere but steeply."""
     eye = near + rng.uniform(-1, 1, 3) * (reach, reach, reach / 3)
     yaw, pitch = rng.uniform(0, 2 * math.pi), rng.uniform(-0.6, 0.3)
-    forward = np.array(
-        [math.cos(yaw) * math.cos(pitch), math.sin(yaw) * math.cos(pitch), math.sin(pitch)]
+    forward = np.array([math.cos(yaw) * math.cos(pitch), math.sin(yaw) * math.cos(pitch), math.sin(pitch)])
+    return Camera(
+        eye, eye + forward * reach, np.array([0.0, 0.0, 1.0]), float(rng.uniform(45, 90)), reach / 150
     )
-    return Camera(eye, eye + forward * reach, np.array([0.0, 0.0, 1.0]), float(rng.uniform(45, 90)), reach / 150)
 
 
 def fits(mesh: Mesh, camera: Camera, light: np.ndarray) -> bool:
@@ -115,7 +117,9 @@ def fits(mesh: Mesh, camera: Camera, light: np.ndarray) -> bool:
     if 0.02 < facing.mean() < 0.98:
         return False
     directions = unit((sample_points(scene, view) - light).reshape(-1, 3))
-    return bool((directions @ unit(directions.mean(axis=0))).min() > math.cos(math.radians(WIDEST_HALF_ANGLE)))
+    return bool(
+        (directions @ unit(directions.mean(axis=0))).min() > math.cos(math.radians(WIDEST_HALF_ANGLE))
+    )
 
 
 def fitted_view(mesh: Mesh, camera: Camera, light: np.ndarray, row: dict, rng: np.random.Generator) -> View:
@@ -151,7 +155,9 @@ def measure(scene: Scene, seen: EyeView, light: Light) -> IzbWorkload:
         return IzbWorkload(0, 0, 0, 0, 0, 0, 0, 0)
     found = run_face(plans[0], grid).workload
     counts = IzbWorkload(*(value * SCALE * SCALE for value in found))
-    return counts._replace(stencil_width=found.stencil_width * SCALE, stencil_height=found.stencil_height * SCALE)
+    return counts._replace(
+        stencil_width=found.stencil_width * SCALE, stencil_height=found.stencil_height * SCALE
+    )
 
 
 def columns(workload: IzbWorkload) -> dict[str, float]:

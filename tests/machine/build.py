@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -40,7 +42,7 @@ TIMING = DramTiming(
     n_refi=0,
 )
 
-# One burst of one clock is a line of 8 bytes; 4 lines a row, 4 banks, then rows.
+# One burst of one clock is a line of 8 bytes; 16 lines a row, 4 banks, then rows.
 DRAM = DramSpec(
     num_channels=1,
     num_banks=4,
@@ -51,8 +53,8 @@ DRAM = DramSpec(
     scheduler=Scheduler.FR_FCFS,
     max_wait_clocks=1000,
     channel=AddressField(shift=0, bits=0),
-    bank=AddressField(shift=5, bits=2),
-    row=AddressField(shift=7, bits=8),
+    bank=AddressField(shift=7, bits=2),
+    row=AddressField(shift=9, bits=8),
     timing=TIMING,
 )
 
@@ -84,7 +86,7 @@ MACHINE = MachineSpec(
 )
 
 
-def machine(num_cores: int = 1, num_threads: int = 1, **parts: object) -> MachineSpec:
+def machine(num_cores: int = 1, num_threads: int = 1, **parts: Any) -> MachineSpec:
     """MACHINE with other numbers of cores and threads, and with `parts` replaced by name."""
     core = CORE._replace(num_cores=num_cores, num_threads=num_threads)
     return MACHINE._replace(core=core, core_cache=(0,) * num_cores)._replace(**parts)
@@ -93,6 +95,13 @@ def machine(num_cores: int = 1, num_threads: int = 1, **parts: object) -> Machin
 def address(bank: int = 0, row: int = 0, column: int = 0) -> int:
     """Byte address of a line of DRAM."""
     return row << DRAM.row.shift | bank << DRAM.bank.shift | column * CACHE.line_bytes
+
+
+def cached(*caches: CacheSpec, **parts: Any) -> MachineSpec:
+    """A machine of one core over a chain of caches, the first the core's."""
+    parents = [*range(1, len(caches)), DRAM_PARENT]
+    chain = tuple(cache._replace(parent=parent) for cache, parent in zip(caches, parents, strict=True))
+    return machine(caches=chain, **parts)
 
 
 def load(where: int, num_bytes: int = 4) -> tuple[Op, int, int]:

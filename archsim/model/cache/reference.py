@@ -71,6 +71,7 @@ class Cache:
         self.sets = [[Way() for _ in range(spec.num_ways)] for _ in range(spec.num_sets)]
         self.input: deque[Request] = deque()
         self.busy_mshrs = 0
+        self.sent = 0  # requests that have not yet arrived at the next level
         self.uses = 0  # accepted requests, the clock of LRU
 
         self.accepted = dict.fromkeys(Kind, 0)
@@ -78,6 +79,10 @@ class Cache:
         self.fetches = self.writebacks_out = 0
         self.blocked = 0
         self.fetch_ticks = 0
+
+    def is_quiet(self) -> bool:
+        """Nothing waits here and nothing is on its way to or from the next level."""
+        return not self.input and not self.busy_mshrs and not self.sent
 
     def arrive(self, request: Request) -> None:
         """`request` is here now."""
@@ -166,8 +171,13 @@ class Cache:
 
     def _send(self, now: int, kind: Kind, line: int, answer: Answer | None) -> None:
         request = Request(kind, line * self.spec.line_bytes, self.spec.line_bytes, answer)
+        self.sent += 1
         tick = now + self.spec.hit_cycles * self.period_ticks
-        call(at(self.env, tick, Phase.ARRIVE, self.sender), self.parent.arrive, request)
+        call(at(self.env, tick, Phase.ARRIVE, self.sender), self._deliver, request)
+
+    def _deliver(self, request: Request) -> None:
+        self.sent -= 1
+        self.parent.arrive(request)
 
 
 def _victim(ways: list[Way]) -> Way | None:

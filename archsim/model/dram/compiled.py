@@ -14,7 +14,7 @@ from archsim.model.dram.spec import DramSpec, Scheduler
 from archsim.model.fifo.compiled import NEVER, QueueState, insert, new_queues, remove, slot_of
 
 CLOSED = -1  # no row is open
-NO_REQUESTER = -1
+NO_REQUESTER = 0  # fetches have numbers below 0
 _ROW_HIT, _ROW_MISS, _ROW_CONFLICT = range(3)  # columns of `rows`
 
 _FIELDS = ("arrival", "rank", "bank", "row", "bursts", "is_write", "requester", "is_classified")
@@ -108,6 +108,15 @@ def send(spec, state, arrival_ticks, address, rank):
     state.due[channel] = min(state.due[channel], _clock_of(spec, arrival_ticks))
     state.next_due[0] = min(state.next_due[0], state.due[channel])
     return request
+
+
+@njit
+def is_empty(state):
+    """Whether no request is queued or on its way to a queue."""
+    for count in state.queue.count:
+        if count > 0:
+            return False
+    return True
 
 
 @njit
@@ -243,7 +252,7 @@ def _find_column(state, clock, channel, num_considered):
         if ready <= clock:
             return position, clock
         due = min(due, ready)
-    return NO_REQUESTER, due
+    return num_considered, due
 
 
 @njit

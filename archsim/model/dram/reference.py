@@ -52,8 +52,7 @@ class Channel:
         self.queue: list[Queued] = []  # the oldest first
         self.banks = [Bank() for _ in range(spec.num_banks)]
         self.read_ready = self.write_ready = self.act_ready = 0
-        self.serving: Queued | None = None  # the request of the last column command
-        self.burst_clocks: list[int] = []  # and the clocks of its bursts
+        self.burst_clocks: list[int] = []  # when the last column command needs the command bus
         self.next_refresh = spec.timing.n_refi
 
         self.counts: Counter[str] = Counter()
@@ -74,7 +73,6 @@ class Channel:
                 self._refresh(clock)
             else:
                 self._serve(clock)
-            self._count_served(clock)
             clock += 1
 
     def _classify(self) -> None:
@@ -161,8 +159,8 @@ class Channel:
     def _column(self, m: int, queued: Queued) -> None:
         """RD or WR of all bursts of a line, the first at `m`."""
         n_ccd = self.spec.timing.n_ccd
-        self.serving = queued
         self.burst_clocks = [m + burst * n_ccd for burst in range(queued.num_bursts)]
+        self.counts["data_clocks"] += queued.num_bursts * self.spec.burst_beats // 2
         next_column = m + queued.num_bursts * n_ccd
         if queued.is_write:
             self._write(self.burst_clocks[-1], next_column, self.banks[queued.bank])
@@ -172,22 +170,18 @@ class Channel:
 
     def _read(self, last: int, next_column: int, bank: Bank) -> None:
         timing = self.spec.timing
+        self.counts["reads"] += 1
         self.read_ready = max(self.read_ready, next_column)
         self.write_ready = max(self.write_ready, last + timing.n_rtw)
         bank.pre_ready = max(bank.pre_ready, last + timing.n_rtp)
 
     def _write(self, last: int, next_column: int, bank: Bank) -> None:
         timing = self.spec.timing
+        self.counts["writes"] += 1
         written = last + timing.n_wl + self.spec.burst_beats // 2
         self.write_ready = max(self.write_ready, next_column)
         self.read_ready = max(self.read_ready, written + timing.n_wtr)
         bank.pre_ready = max(bank.pre_ready, written + timing.n_wr)
-
-    def _count_served(self, m: int) -> None:
-        """A request counts as served when its last burst is issued."""
-        if self.serving is not None and m == self.burst_clocks[-1]:
-            self.counts["writes" if self.serving.is_write else "reads"] += 1
-            self.counts["data_clocks"] += self.serving.num_bursts * self.spec.burst_beats // 2
 
     def _answer(self, last: int, request: Request) -> None:
         """The fill at the first core edge at or after the last beat, which may fall between two ticks."""
@@ -209,6 +203,10 @@ class Dram:
 
     def arrive(self, request: Request) -> None:
         self.channels[field(request.address, self.spec.channel)].arrive(request)
+
+    def is_quiet(self) -> bool:
+        """No request waits for its column command."""
+        return not any(channel.queue for channel in self.channels)
 
 
 def _close(bank: Bank, act_ready: int) -> None:

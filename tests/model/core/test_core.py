@@ -73,16 +73,6 @@ def test_threads_take_turns(simulate):
     assert counters.lock_wait_ticks == (10 - 3) + (16 - 4)
 
 
-def test_the_turn_passes_on_after_an_issue_only(simulate):
-    """Thread 0 waits in slots 1 to 6; the pointer stands behind the thread that issued last."""
-    slow_hit = CACHE._replace(hit_cycles=7)
-    spec = machine(num_threads=2, caches=(slow_hit,))
-    warm = 1 + 7 + CLOSED_BANK - 1  # slot of the first instruction after the miss
-    counters = simulate(spec, work([load(0), load(0), 1], []))
-
-    assert counters.cycles == warm + 7 + 1
-
-
 def test_a_stall_on_memory_is_charged_to_the_level_that_supplied_the_line(simulate):
     """The first LOAD is supplied by the DRAM (level 1), the second by the cache (level 0)."""
     spec = MACHINE._replace(caches=(CACHE._replace(hit_cycles=7),))

@@ -20,9 +20,9 @@ def run(simulate, num_entries):
 @pytest.mark.parametrize(
     ("num_entries", "cycles"),
     [
-        (0, 33),  # task 1 is made when the thread has idled: slot 21, then every 2 cycles: 31, and its one cycle
-        (1, 31),  # task 1 waits; task 2 is made in slot 21, ... the sixth in slot 30
-        (6, 26),  # all wait: one cycle each
+        (0, 33),  # only an idle thread gets a task: the long one in slot 1, the short ones in 22, 24 ... 32
+        (1, 30),  # one waits: the short ones in 20, 21, 23 ... 29
+        (6, 26),  # all wait
     ],
 )
 def test_the_fifo_bounds_how_far_the_source_runs_ahead(simulate, num_entries, cycles):

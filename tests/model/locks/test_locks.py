@@ -31,7 +31,9 @@ def test_a_held_lock_is_handed_over_at_unlock(simulate):
 def test_waiting_threads_are_served_in_the_order_of_asking(simulate):
     """Core 2 asks in slot 1, core 1 in slot 2: core 2 holds the lock from slot 10 to 14, core 1 from 14 on."""
     hold = [3, unlock(0)]
-    counters = simulate(machine(num_cores=3), work([lock(0), 9, unlock(0)], [2, lock(0), *hold], [1, lock(0), *hold]))
+    counters = simulate(
+        machine(num_cores=3), work([lock(0), 9, unlock(0)], [2, lock(0), *hold], [1, lock(0), *hold])
+    )
 
     assert counters.lock_wait_ticks == (10 - 1) + (14 - 2)
     assert counters.stalled[1, STALL_LOCK] == 14 - 2

@@ -56,8 +56,7 @@ def test_waiting_for_a_task_is_charged_as_no_work_even_after_a_wait_for_memory(s
 
 
 def test_a_source_that_is_held_back_makes_the_next_task_when_there_is_room(simulate):
-    """Fifo of 1: task 1 is made in slot 3, task 2 is due in slot 6 but there is room in slot 21 only
-    (task 1 was taken in slot 20), and task 3 is due 3 later but waits for slot 26."""
+    """Task 1 is made in slot 3, task 2 is due in slot 6 but there is room in slot 21 only, when task 1 has left."""
     counters = simulate(fed(3, num_entries=1), work([20], [5], [1], [1]))
 
     assert counters.cycles == 20 + 5 + 1 + 1
@@ -65,11 +64,10 @@ def test_a_source_that_is_held_back_makes_the_next_task_when_there_is_room(simul
 
 
 def test_the_interval_runs_from_the_task_that_was_made(simulate):
-    """Fifo of 1: task 2 is made in slot 6 (task 1 left in slot 5), so task 3 comes in slot 6 + 9."""
-    counters = simulate(fed(9, num_entries=1), work([12], [1], [1], [1]))
+    """Task 2 is due in slot 18 but made in slot 31 (task 1 left in slot 30), so task 3 comes in slot 31 + 9."""
+    counters = simulate(fed(9, num_entries=1), work([30], [1], [1], [1]))
 
-    # Made: 0, 9 (fifo), 18 (handed: idle since 13), 27.
-    assert counters.cycles == 28
+    assert counters.cycles == 41
 
 
 def test_no_tasks_retire_everybody(simulate):

@@ -1,0 +1,147 @@
+"""Figures as inline SVG: labelled axes with units, and colours that colour-blind readers can tell apart."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Mapping, Sequence
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from archsim.report.formats import words
+from archsim.report.statistics import Phase
+from archsim.run.result import Histogram
+
+# Okabe and Ito's palette.
+GREEN, BLUE, SKY, ORANGE = "#009E73", "#0072B2", "#56B4E9", "#E69F00"
+VERMILLION, PURPLE, YELLOW, GREY = "#D55E00", "#CC79A7", "#F0E442", "#BBBBBB"
+OUTCOMES = (GREEN, SKY, VERMILLION)  # hits, what is between, the bad case
+_SUPPLIERS = (SKY, BLUE, ORANGE, YELLOW)  # of stalls on caches, nearest to the cores first
+
+_STYLED = matplotlib.rc_context(
+    {
+        "svg.fonttype": "none",
+        "svg.hashsalt": "archsim",
+        "font.family": ["Helvetica", "Arial", "DejaVu Sans", "sans-serif"],
+        "font.size": 10,
+        "axes.spines.top": False,
+        "axes.spines.right": False,
+        "axes.titlesize": 11,
+        "axes.titlelocation": "left",
+        "axes.titleweight": "bold",
+    }
+)
+
+
+@_STYLED
+def speed_of_light(shares: Sequence[tuple[str, float]]) -> str:
+    """How near each resource is to its peak: (label, per cent of peak)."""
+    figure = Figure(figsize=(8.6, 0.5 + 0.36 * len(shares)), layout="constrained")
+    axes = figure.subplots()
+    labels, values = [label for label, _ in shares], [value for _, value in shares]
+    axes.barh(labels, [100.0] * len(shares), color="#EEEEEE", height=0.66)
+    bars = axes.barh(labels, values, color=BLUE, height=0.66)
+    axes.bar_label(bars, [f" {value:.1f} %" for value in values])
+    axes.set(xlim=(0, 108), xlabel="share of the resource's peak [%]")
+    axes.invert_yaxis()
+    return _svg(figure, "light")
+
+
+@_STYLED
+def stall_stack(phases: Mapping[str, Phase]) -> str:
+    """What became of the issue slots of each phase; beside it the empty ones alone, larger."""
+    figure = Figure(figsize=(8.6, 1.3 + 0.42 * len(phases)), layout="constrained")
+    whole, empty = figure.subplots(1, 2, sharey=True)
+    for label, phase in phases.items():
+        stalls, colours = phase.stalls(), _reason_colours(phase)
+        _stack(whole, label, stalls, colours)
+        _stack(empty, label, {reason: v for reason, v in stalls.items() if reason != "useful"}, colours)
+    whole.set(xlim=(0, 100), xlabel="share of issue slots [%]", title="All issue slots")
+    empty.set(xlabel="share of issue slots [%]", title="Empty slots only")
+    empty.set_xlim(0, max(empty.get_xlim()[1], 0.1))
+    whole.invert_yaxis()
+    handles = {bar.get_label(): bar for axes in (whole, empty) for bar in axes.containers}
+    figure.legend(handles.values(), [words(str(h)) for h in handles], loc="outside lower center", ncols=8, frameon=False)
+    return _svg(figure, "stalls")
+
+
+@_STYLED
+def shares(rows: Mapping[str, Mapping[str, float]], colours: Sequence[str], unit: str, key: str) -> str:
+    """Stacked bars of row -> {part: amount}, each row as shares of its total."""
+    figure = Figure(figsize=(8.6, 1.1 + 0.36 * len(rows)), layout="constrained")
+    axes = figure.subplots()
+    for label, parts in rows.items():
+        total = sum(parts.values()) or 1.0
+        in_percent = {part: 100.0 * amount / total for part, amount in parts.items()}
+        _stack(axes, label, in_percent, dict(zip(parts, colours, strict=True)))
+    axes.set(xlim=(0, 100), xlabel=f"share of {unit} [%]")
+    axes.invert_yaxis()
+    handles = {bar.get_label(): bar for bar in axes.containers}
+    figure.legend(handles.values(), list(handles), loc="outside lower center", ncols=6, frameon=False)
+    return _svg(figure, key)
+
+
+@_STYLED
+def histogram(data: Histogram, key: str) -> str:
+    """Counts over values; a logarithmic count axis, and the mean marked."""
+    counts = np.asarray(data.counts)
+    values = np.arange(len(counts))
+    figure = Figure(figsize=(4.6, 2.8), layout="constrained")
+    axes = figure.subplots()
+    axes.bar(values, counts, width=1.0, color=BLUE, linewidth=0)
+    mean = float((values * counts).sum() / max(int(counts.sum()), 1))
+    axes.axvline(mean, color=VERMILLION, linestyle="--", label=f"mean {mean:.3g}")
+    axes.set(title=data.title, xlabel=f"[{data.unit}]", ylabel="count", xlim=(-0.5, max(len(counts) - 0.5, 1)))
+    if counts.any():
+        axes.set_yscale("log")
+    axes.legend(frameon=False)
+    return _svg(figure, key)
+
+
+@_STYLED
+def heat_map(title: str, image: np.ndarray, key: str) -> str:
+    """An image with its colour bar; grey where there is nothing to show. Few very large values don't flatten it."""
+    figure = Figure(figsize=(4.6, 3.6), layout="constrained")
+    axes = figure.subplots()
+    colours = matplotlib.colormaps["cividis"].with_extremes(bad="#DDDDDD")
+    finite = image[np.isfinite(image)]
+    top = float(np.percentile(finite, 99.5)) if finite.size else 1.0
+    clipped = bool(finite.size) and float(finite.max()) > top
+    low = float(finite.min()) if finite.size else 0.0
+    drawn = axes.imshow(np.ma.masked_invalid(image), cmap=colours, vmin=low, vmax=max(top, low + 1e-9))
+    figure.colorbar(drawn, ax=axes, extend="max" if clipped else "neither", shrink=0.8)
+    axes.set_title(title, fontsize=9)
+    axes.tick_params(labelsize=8)
+    return _svg(figure, key)
+
+
+def _reason_colours(phase: Phase) -> dict[str, str]:
+    caches = dict(zip(phase.caches, _SUPPLIERS, strict=False))
+    return {"useful": GREEN, "no_work": GREY, "lock": PURPLE, **caches, "dram": VERMILLION}
+
+
+def _stack(axes: Axes, label: str, parts: Mapping[str, float], colours: Mapping[str, str]) -> None:
+    """One horizontal bar of parts, those that are wide enough labelled inside."""
+    left = 0.0
+    for part, value in parts.items():
+        bar = axes.barh([label], [value], left=left, height=0.66, color=colours[part], label=part)
+        if value > 12:
+            axes.bar_label(bar, [f"{value:.1f}"], label_type="center", color=_ink(colours[part]), fontsize=9)
+        left += value
+
+
+def _ink(colour: str) -> str:
+    """What is readable on a colour."""
+    return "white" if colour in (GREEN, BLUE, VERMILLION) else "black"
+
+
+def _svg(figure: Figure, key: str) -> str:
+    """The figure as an SVG element; `key` keeps its ids apart from those of the other figures of a page."""
+    stream = io.StringIO()
+    figure.savefig(stream, format="svg", metadata={"Date": None})
+    text = stream.getvalue()
+    text = re.sub(r"<metadata>.*?</metadata>", "", text[text.index("<svg") :], flags=re.DOTALL)
+    return re.sub(r'(\bid="|url\(#|href="#)', rf"\g<1>{key}-", text)

@@ -1,0 +1,74 @@
+"""The report of one run: a self-contained page, what limits the machine first."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from archsim.report import figures
+from archsim.report.page import render, shadow_caption, shadow_uri
+from archsim.report.statistics import CACHE_COLUMNS, DRAM_COLUMNS, Phase, headlines, phases
+from archsim.run.result import Result
+
+
+def run_report(result: Result, config_yaml: str, manifest: Mapping[str, Any]) -> str:
+    """The page as HTML text. It needs nothing but itself: no network, no other file."""
+    ran = phases(result)
+    return render(
+        "run.html.j2",
+        title=result.name,
+        subtitle=f"A run of archsim {manifest['archsim']}, {manifest['wall_seconds']:g} s of wall time",
+        headlines=headlines(result),
+        light=figures.speed_of_light(speed_of_light(ran)),
+        stalls=figures.stall_stack({phase.name: phase for phase in ran}),
+        outcomes=figures.shares(cache_outcomes(ran), figures.OUTCOMES, "lookups", "caches"),
+        cache_columns=CACHE_COLUMNS,
+        cache_rows=[(f"{phase.name} {cache}", _below(phase, cache)) for phase in ran for cache in phase.caches],
+        rows=figures.shares(row_outcomes(ran), figures.OUTCOMES, "requests", "rows"),
+        dram_columns=DRAM_COLUMNS,
+        dram_rows=[(phase.name, _below(phase, "dram")) for phase in ran],
+        shadow=shadow_uri(result.shadow),
+        shadow_caption=shadow_caption(result.shadow),
+        maps=[figures.heat_map(title, image, f"map{k}") for k, (title, image) in enumerate(result.maps.items())],
+        histograms=[figures.histogram(data, f"histogram{k}") for k, data in enumerate(result.histograms)],
+        checks=result.checks,
+        failed=[check for check in result.checks if not check.ok],
+        statistics=result.statistics,
+        config_yaml=config_yaml,
+        manifest=manifest,
+    )
+
+
+def speed_of_light(ran: list[Phase]) -> list[tuple[str, float]]:
+    """(resource, per cent of its peak) of every phase."""
+    shares = []
+    for phase in ran:
+        shares.append((f"{phase.name}: issue", float(phase.values["useful_percent"])))
+        for cache in phase.caches:
+            if f"{cache}.port_percent" in phase.values:
+                shares.append((f"{phase.name}: {cache} ports", float(phase.values[f"{cache}.port_percent"])))
+        shares.append((f"{phase.name}: DRAM data buses", float(phase.values["dram.bus_percent"])))
+    return shares
+
+
+def cache_outcomes(ran: list[Phase]) -> dict[str, dict[str, float]]:
+    """Hits, merges and misses of every cache."""
+    return {
+        f"{phase.name}: {cache}": {what: float(phase.values[f"{cache}.{what}"]) for what in ("hits", "merges", "misses")}
+        for phase in ran
+        for cache in phase.caches
+    }
+
+
+def row_outcomes(ran: list[Phase]) -> dict[str, dict[str, float]]:
+    """Row hits, misses and conflicts of every phase."""
+    names = ("row hits", "row misses", "row conflicts")
+    return {
+        phase.name: {name: float(phase.values[f"dram.{name.replace(' ', '_')}"]) for name in names} for phase in ran
+    }
+
+
+def _below(phase: Phase, component: str) -> dict[str, int | float]:
+    """Statistics of one component, by their last names."""
+    prefix = f"{component}."
+    return {key.removeprefix(prefix): value for key, value in phase.values.items() if key.startswith(prefix)}

@@ -1,0 +1,75 @@
+"""The statistics of a run as a page wants them: found by their names, arranged by phase and component."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from archsim.run.result import Result, Statistic
+
+CACHE_COLUMNS = (
+    ("accesses", "accesses"),
+    ("hit_percent", "hits %"),
+    ("merges", "merges"),
+    ("misses", "misses"),
+    ("fetches", "fetches"),
+    ("writebacks", "write-backs"),
+    ("average_miss_cycles", "cycles a miss"),
+)
+DRAM_COLUMNS = (
+    ("reads", "reads"),
+    ("writes", "writes"),
+    ("row_hits", "row hits"),
+    ("row_misses", "row misses"),
+    ("row_conflicts", "row conflicts"),
+    ("bandwidth_bytes_per_cycle", "bytes a cycle"),
+    ("bus_percent", "data bus busy %"),
+)
+
+
+class Phase(NamedTuple):
+    """One phase of a run."""
+
+    name: str  # e.g. izb_build
+    values: dict[str, int | float]  # statistic's name without the phase -> value
+    caches: list[str]  # names of its caches, nearest to the cores first
+
+    def stalls(self) -> dict[str, float]:
+        """Share of issue slots by what became of them: `useful`, then each reason to stall, in per cent."""
+        reasons = {
+            name.removeprefix("stall.").removesuffix("_percent"): float(value)
+            for name, value in self.values.items()
+            if name.startswith("stall.")
+        }
+        return {"useful": float(self.values["useful_percent"]), **reasons}
+
+
+class Headline(NamedTuple):
+    """A number that a person asks for first."""
+
+    label: str
+    value: int | float | str | bool
+    unit: str
+    description: str
+
+
+def phases(result: Result) -> list[Phase]:
+    """The phases in the order in which they ran: whatever has `useful_percent`."""
+    names = [s.name.removesuffix(".useful_percent") for s in result.statistics if s.name.endswith(".useful_percent")]
+    return [_phase(result, name) for name in names]
+
+
+def headlines(result: Result) -> list[Headline]:
+    """The summary, with the unit and meaning of each number that is a statistic."""
+    known = {statistic.name: statistic for statistic in result.statistics}
+    nothing = Statistic("", 0, "", "")
+    return [
+        Headline(name, value, known.get(name, nothing).unit, known.get(name, nothing).description)
+        for name, value in result.summary.items()
+    ]
+
+
+def _phase(result: Result, name: str) -> Phase:
+    prefix = f"{name}."
+    values = {s.name.removeprefix(prefix): s.value for s in result.statistics if s.name.startswith(prefix)}
+    caches = [key.removesuffix(".hit_percent") for key in values if key.endswith(".hit_percent")]
+    return Phase(name, values, caches)

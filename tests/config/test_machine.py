@@ -1,0 +1,180 @@
+"""Machines: names, sizes, clocks and timing that do not fit together, each at its place."""
+
+from __future__ import annotations
+
+import pytest
+
+from archsim.config import load_machine
+from archsim.config.components import CacheConfig, CoreConfig, DramConfig, UnitConfig
+
+C = "components."
+
+
+def test_the_paper_s_machine_has_the_numbers_of_its_tables():
+    machine = load_machine("machines/johnson2004.yaml")
+    assert machine.clocks == {"core": 1_200_000_000, "memory": 700_000_000}
+    cores = machine.all_of(CoreConfig)
+    assert [(core.count, core.threads) for core in cores.values()] == [(1, 8), (4, 8)]
+    table_2 = {
+        name: (cache.size, cache.ways, cache.line, cache.hit_cycles, cache.num_sets)
+        for name, cache in machine.all_of(CacheConfig).items()
+    }
+    l1 = (16 * 1024, 8, 64, 1, 32)
+    assert table_2 == {"cpu_l1": l1, "fragment_l1": l1, "l2": (256 * 1024, 8, 128, 6, 256)}
+    [dram] = machine.all_of(DramConfig).values()
+    assert dram.channels * dram.channel_width * 8 == 256
+    assert machine.find("locks", DramConfig) is None
+    assert machine.feeder("fragments") is machine.find("rasterizer", UnitConfig)
+    assert machine.feeder("l2") is None
+
+
+def test_address_fields_start_at_the_lowest_bits():
+    dram = load_machine("machines/johnson2004.yaml").find("dram", DramConfig)
+    assert dram.address_fields(128) == {
+        "offset": (0, 7),
+        "channel": (7, 3),
+        "line": (10, 4),
+        "bank": (14, 2),
+        "row": (16, 12),
+    }
+
+
+@pytest.mark.parametrize(
+    ("override", "message"),
+    [
+        (C + "builder.memory=bilder_l1", "no cache is named 'bilder_l1'; did you mean 'builder_l1'?"),
+        (
+            C + "builder.memory=dram",
+            "must name a cache; 'dram' is a dram; there are: builder_l1, shader_l1, l2",
+        ),
+        (C + "builder.locks=lock", "no locks is named 'lock'; did you mean 'locks'?"),
+        (C + "builder.clock=cor", "no clock is named 'cor'; did you mean 'core'?"),
+        (C + "builder.tasks=interleave", "no fifo is named 'interleave'; did you mean 'interleaved'?"),
+        (C + "l2.next=drum", "no cache or dram is named 'drum'; did you mean 'dram'?"),
+        (C + "l2.next=locks", "must name a cache or dram; 'locks' is a locks; "),
+        (C + "rasterizer.output=l2", "must name a fifo; 'l2' is a cache; there are: fragments"),
+        ("roles.izb_build=locks", "must name a core; 'locks' is a locks; there are: builder, shader"),
+        ("roles.izb_build=shader", "'shader' has no locks; the build phase needs them"),
+        (C + "l2.next=l2", "caches in a circle: l2 -> l2"),
+        (
+            C + "l2.next=builder_l1",
+            "'builder_l1' is private to a core, so it can't be the next level of a cache",
+        ),
+        (C + "l2.clock=memory", "must be 'core', the clock of 'builder', not 'memory'"),
+        (C + "builder_l1.line=128 B", "must not be longer than the line of 'l2', 64 B"),
+        (C + "l2.line=8 B", "must be a power of two of at least 16 B (one access), not 8 B"),
+        (C + "l2.line=48 B", "must be a power of two of at least 16 B (one access), not 48 B"),
+        (
+            C + "l2.size=1.5 KiB",
+            "must be sets x ways x line with a power of two of sets: 1536 B is 12 times 2 ways of 64 B",
+        ),
+        (
+            C + "l2.size=1000 B",
+            "must be sets x ways x line with a power of two of sets: 1000 B is 7.8125 times 2 ways of 64 B",
+        ),
+        (C + "l2.size=0 B", "must be at least 1, not '0 B'"),
+        (C + "dram.channels=3", "must be a power of two, not 3"),
+        (C + "dram.banks=6", "must be a power of two, not 6"),
+        (C + "dram.rows=1000", "must be a power of two, not 1000"),
+        (C + "dram.rows=0", "must be at least 1, not 0"),
+        (C + "dram.data_rate=1", "must be 2, not 1"),
+        (
+            C + "dram.address_map=row:bank:column:offset",
+            "must hold row, bank, line, channel, offset once each, with ':' between, not 'row:bank:column:offset'",
+        ),
+        (
+            C + "dram.address_map=row:bank:line:offset:channel",
+            "must end with offset: a request stays in one row",
+        ),
+        (C + "dram.timing.n_rc=13", "must be at least n_ras + n_rp, 14"),
+        (C + "dram.timing.n_refi=20", "must be above n_rfc, 20, or 0 for no refresh"),
+        (C + "dram.timing.n_ras=3", "must be at least n_rcd_read, 4"),
+        (C + "dram.timing.n_ccd=3", "must be at least the clocks of a burst's data, 4"),
+        (
+            "clocks.core=1.0000001 GHz",
+            "no useful common divisor: a period would be 10000001 ticks, above 1000000; choose rounder frequencies",
+        ),
+        (
+            C + "interleaved={kind: fifo, entries: 1}",
+            "is a word that `tasks` understands; choose another name",
+        ),
+        (C + "builder.threads=0", "must be at least 1, not 0"),
+        (C + "fragments.entries=-1", "must be at least 1, not -1"),
+        (C + "l2.hit_cycles=0 cycles", "must be at least 1, not '0 cycles'"),
+    ],
+)
+def test_what_does_not_fit_is_said(problems, override, message):
+    found = problems(load_machine, "machines/tiny.yaml", [override])
+    path = override.partition("=")[0]
+    places = [line for line in found if f"{path}: {message}" in line or f" clocks: {message}" in line]
+    assert places, found
+    assert places[0].startswith(f"--set {override}: ") or override.startswith("clocks")
+
+
+@pytest.mark.parametrize(
+    "override",
+    [
+        C + "l2={base: l2.yaml, ways: 16}",  # one set
+        C + "builder_l1.private=false",
+        C + "dram.timing.n_refi=21",
+        C + "dram.address_map=channel:row:bank:line:offset",
+        "clocks.memory=700 MHz",
+    ],
+)
+def test_what_fits_is_accepted(write, override):
+    write(
+        "l2.yaml",
+        """\
+        {kind: cache, size: 1 KiB, ways: 1, line: 64 B, hit_cycles: 4 cycles, mshrs: 4, targets: 4,
+         ports: 1, next: dram, clock: core}
+        """,
+    )
+    assert load_machine("machines/tiny.yaml", [override])
+
+
+def test_lines_must_fit_bursts_and_rows_and_each_other(write, problems):
+    write(
+        "machine.yaml",
+        """\
+        base: machines/tiny.yaml
+        components:
+          builder_l1: {next: dram}
+          l2: {line: 64 B}
+          dram: {burst_beats: 32, row_bytes: 32 B, timing: {n_ccd: 16}}
+        """,
+    )
+    assert problems(load_machine, "machine.yaml") == [
+        "machine.yaml:4:14: components.l2.line: must be a whole number of bursts of 'dram', 128 B each",
+        "machine.yaml:4:14: components.l2.line: must be that of 'builder_l1', 32 B: both use 'dram'",
+        "machine.yaml:4:14: components.l2.line: must divide the rows of 'dram', 32 B",
+    ] + [line for line in problems(load_machine, "machine.yaml") if "builder_l1.line" in line]
+
+
+@pytest.mark.parametrize(
+    ("components", "count"),
+    [
+        ("rasterizer: {output: other}\n  other: {kind: fifo, entries: 1}", "none does"),
+        ("second: {kind: unit, interval_cycles: 1, output: fragments}", "2 do: rasterizer, second"),
+    ],
+)
+def test_exactly_one_unit_feeds_a_core_s_fifo(write, problems, components, count):
+    write("machine.yaml", f"base: machines/tiny.yaml\ncomponents:\n  {components}\n")
+    [problem] = problems(load_machine, "machine.yaml")
+    assert problem.endswith(
+        f"components.shader.tasks: exactly one unit must have the fifo 'fragments' as output; {count}"
+    )
+
+
+def test_wrong_names_and_wrong_graphs_are_told_together(problems):
+    overrides = [C + "builder.memory=x", C + "l2.next=l2", "roles.izb_build=shader", "clocks.core=1234567891"]
+    found = problems(load_machine, "machines/tiny.yaml", overrides)
+    assert len(found) == 4
+
+
+def test_problems_of_shared_values_are_at_the_shared_place(problems):
+    found = problems(load_machine, "machines/tiny.yaml", [C + "l2.line=16 B"])
+    assert [line.partition("components.")[2] for line in found] == [
+        "builder_l1.line: must not be longer than the line of 'l2', 16 B",
+        "shader_l1.line: must not be longer than the line of 'l2', 16 B",
+        "l2.line: must be a whole number of bursts of 'dram', 32 B each",
+    ]

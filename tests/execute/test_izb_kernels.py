@@ -1,0 +1,87 @@
+"""The kernels in `kernels/izb_*.s`, executed on real data, equal the plain algorithm to the bit."""
+
+import numpy as np
+import pytest
+
+from archsim.errors import ArchsimError
+from archsim.execute import izb_memory
+from archsim.execute.izb_build import build_work, tile_order
+from archsim.execute.izb_raster import raster_work
+from archsim.raster.eye_view import eye_view
+from archsim.shadow.grid import Grid
+from archsim.shadow.pixel_tiles import cut
+from archsim.shadow.plain import Method, grid_fragments, plan_faces, run_face
+from archsim.trace.records import Op, num_instructions
+from tests.shadow.scenes import soup
+
+METHODS = [
+    Method(Grid(64, 48, 32, 16, 4, 4), (4, 4), 1 / 64),
+    Method(Grid(24, 8, 8, 8, 8, 2), (8, 8), 1 / 64),
+    Method(Grid(64, 64, 128, 128, 2, 16), (2, 3), 0.0),
+]
+
+
+def executed(scene, method, block=False):
+    """(plan, memory, outcome, emitted samples, emitted depths, build tasks) of each light view."""
+    seen = eye_view(scene.mesh, scene.camera, scene.width, scene.height)
+    for plan in plan_faces(scene, seen, scene.lights[0], method):
+        order = tile_order(plan.tiles, 3, block)
+        per_tile = plan.tiles.num_pairs * 2
+        expected = run_face(plan, method.grid, (order[:, None] * per_tile + np.arange(per_tile)).ravel())
+        memory = izb_memory.lay_out(method.grid, plan.tiles)
+        build = list(build_work(memory, method.grid, plan.tiles, plan.transform, order).chunks)
+        cells = grid_fragments(plan, izb_memory.stencil(memory, method.grid), method.grid)
+        out = [np.empty(0, np.int64)], [np.empty(0, np.float32)]
+        work = raster_work(
+            memory, method.grid, plan.occluders, cells, lambda s, d, out=out: (out[0].append(s), out[1].append(d))
+        )
+        list(work.chunks)
+        yield plan, memory, expected, np.concatenate(out[0]), np.concatenate(out[1]), build
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("block", [False, True])
+def test_equal_to_the_plain_algorithm(method, seed, block):
+    for plan, memory, expected, samples, depths, _ in executed(soup(seed, 30), method, block):
+        placed = expected.samples.cell[:, 0] >= 0
+        nodes = izb_memory.nodes(memory, len(placed))
+        np.testing.assert_array_equal(nodes[placed, :3], expected.samples.position[placed])
+        np.testing.assert_array_equal(izb_memory.heads(memory, method.grid), expected.lists.head)
+        following = izb_memory.following(memory, len(placed))
+        np.testing.assert_array_equal(following[placed], expected.lists.following[placed])
+        np.testing.assert_array_equal(izb_memory.stencil(memory, method.grid), expected.lists.stencil)
+        np.testing.assert_array_equal(samples, expected.fragments.sample)
+        np.testing.assert_array_equal(depths, expected.fragments.reciprocal_depth)
+        assert plan.face.taken.sum() == placed.sum()
+
+
+def test_the_build_does_the_same_work_for_every_pair():
+    """[Johnson04] table 3: useful cycles per point are the same in all scenes; 39 instructions a pair and one a tile."""
+    for seed in range(3):
+        for plan, _, _, _, _, chunks in executed(soup(seed), METHODS[0]):
+            for tasks in chunks:
+                assert num_instructions(tasks) == tasks.num_tasks * (39 * plan.tiles.num_pairs + 1)
+                operations = np.bincount(tasks.records["op"], minlength=6)
+                pairs = tasks.num_tasks * plan.tiles.num_pairs
+                assert operations[Op.LOAD] == 3 * pairs
+                assert operations[Op.STORE] == 6 * pairs
+                assert operations[Op.LOCK] == operations[Op.UNLOCK] == 2 * pairs
+
+
+def test_tile_orders_deal_every_populated_tile_once():
+    image = np.ones((16, 40), np.float32)
+    taken = np.ones_like(image, np.bool_)
+    taken[:4, :8] = False
+    tiles = cut(image, taken, (4, 4))
+    interleaved = tile_order(tiles, 3, block=False)
+    block = tile_order(tiles, 3, block=True)
+    np.testing.assert_array_equal(interleaved, np.arange(2, 40))
+    np.testing.assert_array_equal(np.sort(block), interleaved)
+    np.testing.assert_array_equal(block[0::3], np.arange(2, 15))
+
+
+def test_too_many_samples_for_a_float_are_refused():
+    tiles = cut(np.ones((4, 4), np.float32), np.ones((4, 4), np.bool_), (4, 4))
+    with pytest.raises(ArchsimError, match=r"2\^24"):
+        izb_memory.lay_out(Grid(8192, 4096, 8, 8, 8, 8), tiles)

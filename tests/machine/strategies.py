@@ -1,0 +1,163 @@
+"""Random machines and random work for the differential and the conservation tests."""
+
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import strategies as st
+
+from archsim.machine.spec import MachineSpec
+from archsim.model.cache.spec import DRAM_PARENT, CacheSpec
+from archsim.model.core.spec import CoreSpec, TaskOrder
+from archsim.model.dram.spec import AddressField, DramSpec, DramTiming, Scheduler
+from archsim.model.fifo.spec import FifoSpec
+from archsim.model.locks.spec import LocksSpec
+from archsim.model.unit.spec import UnitSpec
+from archsim.trace.records import Tasks
+from tests.machine.build import EMIT, Step, load, lock, store, tasks, unlock
+
+PERIODS = [(7, 12), (1, 1), (5, 3), (3, 2), (2, 6), (4, 1)]  # ticks of a core cycle and of a memory clock
+NUM_LOCKS = 2
+ADDRESS_BYTES = 4096  # few enough that tasks meet in lines, sets, rows and banks
+ACCESS_BYTES = 4
+
+
+def small(most: int, least: int = 1) -> st.SearchStrategy[int]:
+    return st.integers(least, most)
+
+
+@st.composite
+def timings(draw: st.DrawFn) -> DramTiming:
+    """Any constraint may be the one that binds; refresh leaves time to serve a request between two."""
+    clocks = {name: draw(small(12)) for name in DramTiming._fields if name not in ("n_refi", "n_ccd")}
+    cost = sum(clocks.values())
+    n_refi = draw(st.sampled_from([0, 0, cost + 60, 2 * cost + 101]))
+    return DramTiming(**clocks, n_ccd=draw(small(6)), n_refi=n_refi)
+
+
+@st.composite
+def drams(draw: st.DrawFn, period_ticks: int, line_bytes: int) -> DramSpec:
+    """One or two channels, one to four banks, the bits of the address in a random order above the line."""
+    burst_bytes = draw(st.sampled_from([size for size in (8, 16, 32) if size <= line_bytes]))
+    burst_beats = draw(st.sampled_from([2, 4, 8]))
+    bits = {"channel": draw(small(1, 0)), "bank": draw(small(2, 0)), "row": draw(small(3, 0))}
+    shift = draw(st.sampled_from([3, 4, 5, 6, 7]))
+    fields = {}
+    for name in draw(st.permutations(sorted(bits))):
+        fields[name] = AddressField(shift, bits[name])
+        shift += bits[name]
+    return DramSpec(
+        num_channels=1 << bits["channel"],
+        num_banks=1 << bits["bank"],
+        period_ticks=period_ticks,
+        burst_beats=burst_beats,
+        beat_bytes=burst_bytes // burst_beats,
+        num_queue_entries=draw(small(4)),
+        scheduler=draw(st.sampled_from(Scheduler)),
+        max_wait_clocks=draw(st.sampled_from([0, 5, 30, 1000])),
+        timing=draw(timings()),
+        **fields,
+    )
+
+
+@st.composite
+def caches(draw: st.DrawFn, line_bytes: int, parent: int) -> CacheSpec:
+    return CacheSpec(
+        num_sets=draw(st.sampled_from([1, 2, 4])),
+        num_ways=draw(small(3)),
+        line_bytes=line_bytes,
+        hit_cycles=draw(small(4)),
+        num_mshrs=draw(small(4)),
+        num_targets=draw(small(3)),
+        num_ports=draw(small(3)),
+        parent=parent,
+    )
+
+
+@st.composite
+def trees(draw: st.DrawFn, num_cores: int) -> tuple[tuple[CacheSpec, ...], tuple[int, ...]]:
+    """One to three levels, and each core's cache. The first level is private or shared; a core may skip it."""
+    num_levels = draw(small(3))
+    num_first = num_cores if draw(st.booleans()) else 1
+    line_bytes = sorted(
+        draw(st.lists(st.sampled_from([8, 16, 32]), min_size=num_levels, max_size=num_levels))
+    )
+    widths = [num_first] + [1] * (num_levels - 1)
+    made: list[CacheSpec] = []
+    for level in range(num_levels):
+        parent = DRAM_PARENT if level == num_levels - 1 else sum(widths[: level + 1])
+        made += [draw(caches(line_bytes[level], parent)) for _ in range(widths[level])]
+    core_cache = [min(core, num_first - 1) for core in range(num_cores)]
+    if num_levels > 1 and draw(st.booleans()):
+        core_cache[-1] = num_first
+    return tuple(made), tuple(core_cache)
+
+
+@st.composite
+def machines(draw: st.DrawFn) -> MachineSpec:
+    core_ticks, dram_ticks = draw(st.sampled_from(PERIODS))
+    core = CoreSpec(draw(small(3)), draw(small(4)), core_ticks, draw(st.sampled_from(TaskOrder)))
+    tree, core_cache = draw(trees(core.num_cores))
+    return MachineSpec(
+        core=core,
+        core_cache=core_cache,
+        locks=LocksSpec(NUM_LOCKS),
+        source=UnitSpec(draw(st.sampled_from([0, 1, 3, 10]))),
+        fifo=FifoSpec(draw(small(3, 0))),
+        caches=tree,
+        dram=draw(drams(dram_ticks, tree[-1].line_bytes)),
+    )
+
+
+def accesses() -> st.SearchStrategy[Step]:
+    """A LOAD or a STORE of one word, near others as often as far from them."""
+    near = st.integers(0, 31)
+    far = st.integers(0, ADDRESS_BYTES // ACCESS_BYTES - 1)
+    where = st.one_of(near, far).map(lambda word: word * ACCESS_BYTES)
+    return st.one_of(where.map(load), where.map(store))
+
+
+def plain_steps() -> st.SearchStrategy[list[Step]]:
+    return st.lists(st.one_of(st.integers(1, 6), accesses(), accesses(), st.just(EMIT)), max_size=5)
+
+
+@st.composite
+def steps_of_task(draw: st.DrawFn) -> list[Step]:
+    """Plain steps, perhaps followed by a critical section; one lock at a time, so nothing can get stuck."""
+    steps = draw(plain_steps())
+    if draw(st.booleans()):
+        number = draw(st.integers(0, NUM_LOCKS - 1))
+        steps += [lock(number), *draw(plain_steps()), unlock(number)]
+    return steps
+
+
+def few_tasks() -> st.SearchStrategy[Tasks]:
+    """Work that hypothesis can shrink to the steps that matter."""
+    return st.lists(steps_of_task(), max_size=12).map(lambda listed: tasks(*listed))
+
+
+def drawn_steps(rng: np.random.Generator, most: int, num_words: int) -> list[Step]:
+    """Up to `most` steps, two in three of them accesses to one of `num_words` words."""
+    steps: list[Step] = []
+    for choice in rng.integers(0, 6, rng.integers(0, most + 1)):
+        where = int(rng.integers(0, num_words)) * ACCESS_BYTES
+        steps.append([load(where), load(where), store(where), store(where), EMIT, int(where) % 7 + 1][choice])
+    return steps
+
+
+def drawn_tasks(seed: int, num_tasks: int, num_words: int) -> Tasks:
+    """Dense work: one task in two closes with a critical section."""
+    rng = np.random.default_rng(seed)
+    listed = []
+    for _ in range(num_tasks):
+        steps = drawn_steps(rng, 8, num_words)
+        if rng.integers(0, 2):
+            number = int(rng.integers(0, NUM_LOCKS))
+            steps += [lock(number), *drawn_steps(rng, 3, num_words), unlock(number)]
+        listed.append(steps)
+    return tasks(*listed)
+
+
+def many_tasks() -> st.SearchStrategy[Tasks]:
+    """Work that keeps a machine busy; hypothesis draws its seed and its shape only."""
+    num_words = st.sampled_from([16, 64, 256, ADDRESS_BYTES // ACCESS_BYTES])
+    return st.builds(drawn_tasks, st.integers(0, 2**32), st.integers(4, 40), num_words)

@@ -1,0 +1,68 @@
+"""Both models return equal counters on random machines and random work."""
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from archsim.machine import compiled, reference
+from archsim.trace.records import Tasks
+from archsim.trace.stream import chunked, whole
+from tests.machine.build import difference
+from tests.machine.strategies import few_tasks, machines, many_tasks
+
+quick = settings(max_examples=40, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+
+
+def cut(tasks: Tasks, sizes: list[int]):
+    """The same tasks in chunks of the given numbers of tasks (the last takes what is left)."""
+    first = 0
+    for size in [*sizes, tasks.num_tasks]:
+        last = min(first + size, tasks.num_tasks)
+        low, high = tasks.starts[first], tasks.starts[last]
+        yield Tasks(tasks.starts[first : last + 1] - low, tasks.records[low:high])
+        first = last
+
+
+def assert_equal_counters(spec, tasks):
+    believed = reference.simulate(spec, whole(tasks))
+    used = compiled.simulate(spec, whole(tasks))
+
+    assert not difference(used, believed), difference(used, believed)
+
+
+@settings(quick, max_examples=150)
+@given(machines(), few_tasks())
+def test_both_models_agree_on_small_work(spec, tasks):
+    assert_equal_counters(spec, tasks)
+
+
+@settings(quick, max_examples=300)
+@given(machines(), many_tasks())
+def test_both_models_agree_on_dense_work(spec, tasks):
+    assert_equal_counters(spec, tasks)
+
+
+@pytest.mark.slow
+@settings(quick, max_examples=5000)
+@given(machines(), many_tasks())
+def test_both_models_agree_on_much_work(spec, tasks):
+    assert_equal_counters(spec, tasks)
+
+
+@quick
+@given(machines(), many_tasks(), st.lists(st.integers(0, 5), max_size=5))
+def test_chunks_do_not_matter(spec, tasks, sizes):
+    for simulate in (reference.simulate, compiled.simulate):
+        in_one = simulate(spec, whole(tasks))
+        in_many = simulate(spec, chunked(tasks.num_tasks, cut(tasks, sizes)))
+
+        assert not difference(in_many, in_one), difference(in_many, in_one)
+
+
+@quick
+@given(machines(), many_tasks())
+def test_the_same_run_gives_the_same_counters(spec, tasks):
+    for simulate in (reference.simulate, compiled.simulate):
+        first, second = (simulate(spec, whole(tasks)) for _ in range(2))
+
+        assert not difference(first, second), difference(first, second)
