@@ -1,7 +1,8 @@
 """The only door to numba: `njit` with a disk cache that notices edits in every source file.
 
 Numba's own cache keys a function by its own file, so an edit to a callee elsewhere would go unseen, and it ignores
-NUMBA_BOUNDSCHECK. Here the cache folder's name is a digest of every source file of the package and of that flag.
+NUMBA_BOUNDSCHECK. Here the cache folder's name is a digest of every source file that compiled code can depend on, and
+of that flag.
 """
 
 from __future__ import annotations
@@ -18,21 +19,27 @@ import platformdirs
 
 _PACKAGE = Path(__file__).resolve().parent
 _KEPT_CACHES = 8
+_NEVER_COMPILED = {"config", "run", "report", "reproduce", "cli"}  # packages that compiled code cannot import
 
 
-def code_digest() -> str:
-    """Digest of every Python source file of the package: the identity of the code that produced a result."""
+def code_digest(without: frozenset[str] | set[str] = frozenset()) -> str:
+    """Digest of the package's Python source files: the identity of the code that produced a result.
+
+    `without` names top-level packages to leave out.
+    """
     digest = hashlib.sha256()
     for path in sorted(_PACKAGE.rglob("*.py")):
-        digest.update(path.relative_to(_PACKAGE).as_posix().encode())
-        digest.update(path.read_bytes())
+        place = path.relative_to(_PACKAGE)
+        if place.parts[0] not in without:
+            digest.update(place.as_posix().encode())
+            digest.update(path.read_bytes())
     return digest.hexdigest()
 
 
 def _cache_folder() -> Path:
     root = Path(os.environ.get("ARCHSIM_CACHE_DIR") or platformdirs.user_cache_dir("archsim")) / "numba"
     flavour = os.environ.get("NUMBA_BOUNDSCHECK", "0")
-    key = f"{code_digest()[:16]}-b{flavour}-py{sys.version_info.major}{sys.version_info.minor}"
+    key = f"{code_digest(_NEVER_COMPILED)[:16]}-b{flavour}-py{sys.version_info.major}{sys.version_info.minor}"
     _forget_old(root, keep=key)
     return root / key
 
@@ -59,3 +66,10 @@ def njit(function: Callable[..., Any] | None = None, **options: Any) -> Any:
     if function is None:
         return lambda f: numba.njit(f, **options)
     return numba.njit(function, **options)
+
+
+# For inner loops over states of many arrays: numba counts references to every array of every tuple that it passes
+# around, which can cost twenty times the work itself. Without its runtime (`_nrt`) there is nothing to count; such a
+# function must not allocate an array, a slice assignment included. Division by zero follows IEEE, not Python.
+compiled = njit(error_model="numpy", _nrt=False)
+inlined = njit(error_model="numpy", _nrt=False, forceinline=True)

@@ -10,20 +10,24 @@ import typer
 import archsim
 from archsim.cli.edge import at_the_edge
 
-_PLAIN = {"rich_markup_mode": None, "no_args_is_help": True, "add_completion": False}
-
 app = typer.Typer(
     name="archsim",
     help="Cycle-approximate simulator of graphics-hardware architectures for shadow rendering.",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode=None,
     pretty_exceptions_enable=False,
-    **_PLAIN,
 )
-config_app = typer.Typer(name="config", help="Check and show configurations.", **_PLAIN)
+config_app = typer.Typer(
+    name="config", help="Check and show configurations.", no_args_is_help=True, rich_markup_mode=None
+)
 app.add_typer(config_app)
 
 Overrides = Annotated[
     list[str] | None,
-    typer.Option("--set", metavar="PATH=VALUE", help="Set a value, e.g. scene.resolution=[640,512]. Repeatable."),
+    typer.Option(
+        "--set", metavar="PATH=VALUE", help="Set a value, e.g. scene.resolution=[640,512]. Repeatable."
+    ),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON to stdout and nothing else.")]
 Out = Annotated[Path | None, typer.Option("--out", metavar="DIR", help="Folder for the results.")]
@@ -47,7 +51,9 @@ def _root(
 @app.command("run")
 @at_the_edge
 def _run(
-    config: Annotated[str, typer.Argument(metavar="CONFIG", help="A run's YAML file, or a packaged run's name.")],
+    config: Annotated[
+        str, typer.Argument(metavar="CONFIG", help="A run's YAML file, or a packaged run's name.")
+    ],
     overrides: Overrides = None,
     model: Annotated[
         str | None, typer.Option("--model", metavar="reference|compiled", help="The same as --set model=...")
@@ -100,7 +106,9 @@ def _config_show(
 
 @app.command("asm")
 @at_the_edge
-def _asm(file: Annotated[str, typer.Argument(metavar="FILE", help="An assembly file, or a kernel's name.")]) -> None:
+def _asm(
+    file: Annotated[str, typer.Argument(metavar="FILE", help="An assembly file, or a kernel's name.")],
+) -> None:
     """Assemble a kernel and print its listing with static counts and live registers."""
     from archsim.cli.kernels import list_program
 

@@ -1,24 +1,21 @@
-"""How numbers and run summaries look on a terminal."""
+"""How a run's summary and a paper's tables look on a terminal."""
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
 
+from rich import box
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
+from archsim.report.formats import number, percent, words
+from archsim.report.tables import TableView, grade
+from archsim.reproduce.cells import Cell
 from archsim.run.result import Result
 
-
-def number(value: Any) -> str:
-    """A value for people: whole numbers with separators, others with four significant digits."""
-    if isinstance(value, bool) or value is None or isinstance(value, str):
-        return "-" if value is None else str(value)
-    if isinstance(value, list | tuple):
-        return " - ".join(number(item) for item in value)
-    if isinstance(value, int) or float(value).is_integer():
-        return f"{int(value):,}"
-    return f"{value:,.0f}" if abs(value) >= 10_000 else f"{value:.4g}"
+_WIDE = 125  # columns of a terminal that holds a table with three of the paper's rows side by side
+_COLOURS = {"good": "blue", "fair": "yellow", "poor": "red", "none": "dim"}
 
 
 def print_summary(result: Result) -> None:
@@ -27,5 +24,61 @@ def print_summary(result: Result) -> None:
     table.add_column(overflow="fold")
     table.add_column(justify="right", overflow="fold")
     for name, value in result.summary.items():
-        table.add_row(name.replace("_", " "), number(value))
+        table.add_row(words(name), number(value))
     Console().print(table)
+
+
+def print_tables(views: Sequence[TableView]) -> None:
+    """A paper's tables on stdout: its rows side by side where the terminal is wide enough."""
+    console = Console()
+    for view in views:
+        title = f"Table {view.number}. {view.title}"
+        table = _wide_table(title, view) if console.width >= _WIDE else _long_table(title, view)
+        console.print(table)
+        for note in view.notes:
+            console.print(note, style="dim")
+        console.print()
+
+
+def _wide_table(title: str, view: TableView) -> Table:
+    """A line for each column of the paper's table, printed, ours and error for each of its rows."""
+    table = _table(title)
+    table.add_column("quantity")
+    table.add_column("kind")
+    for row in view.rows:
+        table.add_column(f"{words(row)}\nprinted", justify="right")
+        table.add_column("\nours", justify="right")
+        table.add_column("\nerror", justify="right")
+    for line in view.lines:
+        parts = [part for cell in line.cells for part in _parts(cell)]
+        table.add_row(f"{words(line.column)} [{line.unit}]", line.kind, *parts)
+    return table
+
+
+def _long_table(title: str, view: TableView) -> Table:
+    """A line for each cell, the paper's rows one after the other."""
+    table = _table(title)
+    table.add_column("quantity")
+    for head in ("printed", "ours", "error"):
+        table.add_column(head, justify="right")
+    table.add_column("kind")
+    for index, row in enumerate(view.rows):
+        table.add_section()
+        table.add_row(Text(words(row), style="bold"))
+        for line in view.lines:
+            cell = line.cells[index]
+            if cell is not None:
+                table.add_row(f" {words(line.column)} [{line.unit}]", *_parts(cell), cell.kind)
+    return table
+
+
+def _table(title: str) -> Table:
+    return Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False)
+
+
+def _parts(cell: Cell | None) -> tuple[str, str, Text]:
+    """Printed, ours and error of a cell."""
+    if cell is None:
+        return "", "", Text("")
+    error = Text(percent(cell.error_percent), style=_COLOURS[grade(cell.error_percent)])
+    return number(cell.printed), number(cell.ours), error

@@ -38,7 +38,9 @@ def _load(file: str) -> Program:
 def _counts(program: Program) -> str:
     """Static counts, e.g. `40 instructions (6 MUL, ...), 6 live registers`."""
     opcodes = Counter(instruction.opcode.name for instruction in program.instructions)
-    each = ", ".join(f"{count} {name}" for name, count in sorted(opcodes.items(), key=lambda item: (-item[1], item[0])))
+    each = ", ".join(
+        f"{count} {name}" for name, count in sorted(opcodes.items(), key=lambda item: (-item[1], item[0]))
+    )
     return (
         f"{program.name}: {program.num_instructions} instructions ({each})\n"
         f"{program.name}: {program.live_registers} live registers"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Iterable
 from pathlib import Path
 
 import typer
@@ -15,7 +16,7 @@ from archsim.cli.edge import FAILED_CHECK
 from archsim.config import RunConfig, load_run, resolved_yaml
 from archsim.report.run_page import run_report
 from archsim.run import simulate
-from archsim.run.folder import check_target, result_json, write_folder
+from archsim.run.folder import RunFiles, check_target, result_json, write_run
 from archsim.run.manifest import make_manifest
 from archsim.run.result import Result
 from archsim.scene.scene import digest, load_scene
@@ -29,30 +30,28 @@ def run(config_name: str, overrides: list[str], out: Path | None, as_json: bool)
     started = time.perf_counter()
     with Bars() as bars:
         result = simulate(config, bars)
-    folder = store(result, config, out, time.perf_counter() - started)
+    folder = write_run(out, run_files(result, config, time.perf_counter() - started))
 
     if as_json:
         print(result_json(result), end="")
     else:
         print_summary(result)
         print(f"written to {folder} (open {folder}/report.html)")
-    report_failed_checks(result)
+    report_failed_checks([result])
 
 
-def store(result: Result, config: RunConfig, out: Path | None, wall_seconds: float) -> Path:
-    """Write the folder of a finished run and return its path."""
+def run_files(result: Result, config: RunConfig, wall_seconds: float) -> RunFiles:
+    """Everything that is kept of a finished run."""
     config_yaml = resolved_yaml(config)
-    mesh = config.scene.mesh
-    seed = None if isinstance(mesh, str) else mesh.seed
     scene_digest = digest(load_scene(config.scene))
-    manifest = make_manifest(config_yaml, seed, scene_digest, sys.argv, wall_seconds)
-    return write_folder(out, result, config_yaml, manifest, run_report(result, config_yaml, manifest))
+    manifest = make_manifest(config_yaml, config.seed, scene_digest, sys.argv, wall_seconds)
+    return RunFiles(result, config_yaml, manifest, run_report(result, config_yaml, manifest))
 
 
-def report_failed_checks(result: Result) -> None:
+def report_failed_checks(results: Iterable[Result]) -> None:
     """A law that does not hold is said loudly: on stderr, and by exit code 1."""
-    for check in result.checks:
-        if not check.ok:
-            print(f"{result.name}: check failed: {check.name}: {check.detail}", file=sys.stderr)
-    if not result.ok:
+    failed = [(result.name, check) for result in results for check in result.checks if not check.ok]
+    for name, check in failed:
+        print(f"{name}: check failed: {check.name}: {check.detail}", file=sys.stderr)
+    if failed:
         raise typer.Exit(FAILED_CHECK)

@@ -164,7 +164,7 @@ class _Builder:
             raise fail(f"more than {MAX_DEPTH} levels deep", where)
 
         if isinstance(node, yaml.CollectionNode) and node.tag not in (_TAG + "map", _TAG + "seq"):
-            self.problems.append(Problem(where, f"the tag '{node.tag}' is not supported"))
+            self.problems.append(Problem(where, f"the tag '{node.tag[:60]}' is not supported"))
         if isinstance(node, yaml.MappingNode):
             return Node(self._mapping(node, depth), where, key, self.folder)
         if isinstance(node, yaml.SequenceNode):
@@ -197,7 +197,7 @@ class _Builder:
         if kind in ("null", "bool", "int", "float") and node.style is None and self._plain(kind, text):
             return _SCALARS[kind](text)
         if kind != "str":
-            self.problems.append(Problem(where, f"the tag '{node.tag}' is not supported"))
+            self.problems.append(Problem(where, f"the tag '{node.tag[:60]}' is not supported"))
         if any("\ud800" <= character <= "\udfff" for character in text):
             self.problems.append(Problem(where, "text with half a surrogate pair"))
         return text

@@ -62,11 +62,14 @@ class _Resolver:
 
     def __init__(self) -> None:
         self.problems: list[Problem] = []
+        self.documents: dict[Path, Node] = {}
         self.num_nodes = 0
 
     def load(self, path: Path, chain: tuple[Path, ...], sections: Sequence[str]) -> Node:
         """The tree of a whole file. `chain` lists the files that led here."""
-        tree = read_document(path, _shown(path))
+        if path not in self.documents:
+            self.documents[path] = read_document(path, _shown(path))
+        tree = self.documents[path]
         if isinstance(tree.value, dict):
             written = {key: _expand(node) if key in sections else node for key, node in tree.value.items()}
             tree = replace(tree, value=written)

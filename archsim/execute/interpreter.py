@@ -33,7 +33,7 @@ from archsim.execute.state import (
 from archsim.isa.encoding import CONDITIONAL, FLAGS, OP, PREPARE, SETS_FLAGS
 from archsim.isa.opcodes import LAST_ARITHMETIC, Opcode
 from archsim.isa.program import NUM_ATTRIBUTES, NUM_CONSTANTS, Program
-from archsim.isa.semantics import compiled
+from archsim.jit import compiled
 from archsim.trace.records import Tasks
 
 _FINISH = CONDITIONAL | SETS_FLAGS

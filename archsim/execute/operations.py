@@ -30,7 +30,7 @@ from archsim.isa.encoding import (
 from archsim.isa.encoding import FLAGS as ROW_FLAGS
 from archsim.isa.opcodes import Opcode
 from archsim.isa.program import CALL_STACK
-from archsim.isa.semantics import compiled, inlined
+from archsim.jit import compiled, inlined
 
 _A, _B, _C = READ, READ + 4, READ + 8
 

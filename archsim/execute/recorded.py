@@ -6,7 +6,7 @@ from archsim.execute.state import EMITTED, HELD, RECORDED, RECORDS, Status
 from archsim.isa.encoding import BASE, HALT, READ, WORDS, WRITE
 from archsim.isa.opcodes import Opcode
 from archsim.isa.program import NUM_LOCKS
-from archsim.isa.semantics import inlined
+from archsim.jit import inlined
 from archsim.trace.records import Op
 
 NO_LOCK = NUM_LOCKS - 1  # the lock of numbers that are NaN, negative or too large

@@ -9,7 +9,7 @@ import numpy as np
 
 from archsim.isa.encoding import ATTRIBUTE, CONSTANT, NUM_SLOTS, TEMPORARY
 from archsim.isa.program import CALL_STACK, EQUAL, NUM_LOCKS, Program
-from archsim.isa.semantics import compiled
+from archsim.jit import compiled
 from archsim.trace.records import RECORD
 
 _SMALLEST_LOG = 4096  # entries

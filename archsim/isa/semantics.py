@@ -10,18 +10,13 @@ import numpy as np
 
 from archsim.isa.opcodes import Opcode
 from archsim.isa.program import EQUAL, GREATER, LESS, UNORDERED
-from archsim.jit import njit
+from archsim.jit import inlined
 
 _ZERO, _ONE = np.float32(0.0), np.float32(1.0)
 _LARGEST_RECIPROCAL, _SMALLEST_RECIPROCAL = np.float32(2.0**64), np.float32(2.0**-64)
 _LOWEST_ADDRESS, _HIGHEST_ADDRESS = np.float32(-512.0), np.float32(511.0)
 _HIGHEST_INTEGER = np.float32(2**24 - 1)
 _LIT_POWER = 128.0
-
-# Division by zero gives infinity, and arrays are borrowed without counting references: nothing here makes an
-# array, and the counts alone would take the interpreter from 120 to 16 million instructions a second.
-compiled = njit(error_model="numpy", _nrt=False)
-inlined = njit(error_model="numpy", _nrt=False, forceinline=True)
 
 
 @inlined

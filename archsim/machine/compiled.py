@@ -10,13 +10,23 @@ import numpy as np
 from archsim.errors import ArchsimError, DeadlockError, Problem, fail
 from archsim.machine.counters import STALL_NO_WORK, STALL_SUPPLIER, Counters
 from archsim.machine.loading import load_next, nothing_loaded
-from archsim.machine.loop import ANSWER, BAD_UNLOCK, NEEDS_ROOM, NEEDS_TASKS, Machine, RunState, State, play
+from archsim.machine.loop import ANSWER, BAD_UNLOCK, NEEDS_ROOM, NEEDS_TASKS, RUN, Machine, State, play
 from archsim.machine.spec import MachineSpec
-from archsim.model.cache.compiled import NOT_BLOCKED, cache_table, new_caches
+from archsim.model.cache.compiled import (
+    HIT,
+    MERGE,
+    MISS,
+    NOT_BLOCKED,
+    READ,
+    WRITE,
+    WRITEBACK,
+    cache_table,
+    new_caches,
+)
 from archsim.model.cache.spec import DRAM_PARENT
 from archsim.model.core.compiled import NO_TASK, new_cores
 from archsim.model.core.spec import TaskOrder
-from archsim.model.dram.compiled import new_dram
+from archsim.model.dram.compiled import DRAM_COUNTERS, new_dram
 from archsim.model.fifo.compiled import NEVER, grown, new_fifo, new_queues
 from archsim.model.locks.compiled import new_locks
 from archsim.model.unit.compiled import new_source
@@ -37,7 +47,7 @@ def simulate(spec: MachineSpec, work: Work, progress: Progress | None = None) ->
         status = play(machine, state)
         if status == NEEDS_TASKS:
             if progress is not None:
-                progress(int(state.run.finished[0]), work.num_tasks)
+                progress(int(state.run[0]["finished"]), work.num_tasks)
             state = _with_next_chunk(spec, state, work)
         elif status == NEEDS_ROOM:
             state = _with_room(state)
@@ -46,7 +56,7 @@ def simulate(spec: MachineSpec, work: Work, progress: Progress | None = None) ->
         else:
             break
 
-    if state.run.finished[0] < work.num_tasks or np.any(state.cache.inbox.count):
+    if state.run[0]["finished"] < work.num_tasks or np.any(state.cache.inbox.ends["count"]):
         raise _deadlock(spec, state)
     if progress is not None:
         progress(work.num_tasks, work.num_tasks)
@@ -106,8 +116,8 @@ def _initial_state(spec: MachineSpec, machine: Machine, num_tasks: int) -> State
         fifo.ends[:] = num_tasks
     elif is_ideal:
         fifo.ends[1] = num_tasks
-    run = RunState(*[np.zeros(1, np.int64) for _ in RunState._fields])
-    run.next_answer[0] = run.next_lookup[0] = NEVER
+    run = np.zeros(1, RUN)
+    run["next_answer"] = run["next_lookup"] = NEVER
     return State(
         core=new_cores(machine.core, STALL_SUPPLIER + num_caches + 1, longest_wake),
         locks=new_locks(spec.locks.num_locks, num_threads),
@@ -124,20 +134,21 @@ def _initial_state(spec: MachineSpec, machine: Machine, num_tasks: int) -> State
 
 def _with_next_chunk(spec: MachineSpec, state: State, work: Work) -> State:
     """The state with one more chunk and without the tasks that no thread needs any more."""
-    wanted = np.concatenate([state.core.task, state.core.next_task])
+    threads = state.core.threads
+    wanted = np.concatenate([threads["task"], threads["next_task"]])
     if spec.core.task_order == TaskOrder.FIRST_FREE:
         wanted = np.append(wanted, state.fifo.ends[0])
     loaded = state.tasks
     end = loaded.first_task + len(loaded.starts) - 1
     first_needed = min(int(wanted[wanted != NO_TASK].min()), end)
 
-    state.core.cursor[:] -= loaded.starts[first_needed - loaded.first_task]
+    threads["cursor"] -= loaded.starts[first_needed - loaded.first_task]
     return state._replace(tasks=load_next(spec, loaded, work.chunks, first_needed))
 
 
 def _with_room(state: State) -> State:
     """The state with larger queues."""
-    state.run.needs_room[0] = 0
+    state.run[0]["needs_room"] = 0
     cache = state.cache._replace(inbox=grown(state.cache.inbox))
     dram = state.dram._replace(queue=grown(state.dram.queue))
     return state._replace(cache=cache, dram=dram)
@@ -145,64 +156,61 @@ def _with_room(state: State) -> State:
 
 def _bad_unlock(state: State) -> ArchsimError:
     """A thread released a lock that it did not hold."""
-    number = state.run.culprit[0]
-    lock = state.tasks.records[state.core.cursor[number] - 1]["address"]
+    number = state.run[0]["culprit"]
+    lock = state.tasks.records[state.core.threads[number]["cursor"] - 1]["address"]
     return fail(f"thread {number} unlocks lock {lock}, which it does not hold")
 
 
 def _deadlock(spec: MachineSpec, state: State) -> DeadlockError:
     """What every unfinished thread waits for."""
-    what = [_waits_for(spec, state, number) for number in np.flatnonzero(state.core.task != NO_TASK)]
-    cycle = int(state.run.cycle[0])
-    head = f"deadlock in core cycle {cycle}: {state.run.finished[0]} of {state.tasks.num_tasks} tasks finished"
+    what = [
+        _waits_for(spec, state, number) for number in np.flatnonzero(state.core.threads["task"] != NO_TASK)
+    ]
+    cycle = int(state.run[0]["cycle"])
+    head = f"deadlock in core cycle {cycle}: {state.run[0]['finished']} of {state.tasks.num_tasks} tasks finished"
     return DeadlockError([Problem(None, head), *[Problem(None, line) for line in what]])
 
 
 def _waits_for(spec: MachineSpec, state: State, number: int) -> str:
     """One line on a thread that waits."""
     core, thread = divmod(int(number), spec.core.num_threads)
-    record = state.tasks.records[state.core.cursor[number] - 1]
+    record = state.tasks.records[state.core.threads[number]["cursor"] - 1]
     operation, address = Op(record["op"]), record["address"]
     if operation != Op.LOCK:
         return f"core {core} thread {thread} waits for its {operation.name} of address {address}"
-    holder_core, holder = divmod(int(state.locks.holder[address]), spec.core.num_threads)
+    holder_core, holder = divmod(int(state.locks.locks[address]["holder"]), spec.core.num_threads)
     return f"core {core} thread {thread} waits for lock {address}, held by core {holder_core} thread {holder}"
 
 
 def _counters(spec: MachineSpec, state: State) -> Counters:
     """What the state says at the end of a run."""
-    core, cache, dram = state.core, state.cache, state.dram
-    cycles = int(state.run.last_finish[0])
-    period = spec.core.period_ticks
-    stalled = core.stalled.copy()
-    stalled[:, STALL_NO_WORK] += cycles - core.after_issue
-    still_blocked = np.where(cache.blocked_since == NOT_BLOCKED, 0, state.run.cycle[0] - cache.blocked_since)
+    cores, caches, channels, locks = (
+        state.core.cores,
+        state.cache.caches,
+        state.dram.channels,
+        state.locks.counts[0],
+    )
+    run, period = state.run[0], spec.core.period_ticks
+    stalled = state.core.stalled.copy()
+    stalled[:, STALL_NO_WORK] += run["last_finish"] - cores["after_issue"]
+    is_blocked = caches["blocked_since"] != NOT_BLOCKED
+    by_kind, by_outcome = state.cache.accepted.sum(axis=2), state.cache.accepted.sum(axis=1)
     return Counters(
-        cycles=cycles,
-        useful=core.useful,
+        cycles=int(run["last_finish"]),
         stalled=stalled,
-        tasks=core.tasks,
-        emitted=core.emitted,
-        locks_taken=int(state.locks.taken[0]),
-        locks_waited=int(state.locks.waited[0]),
-        lock_wait_ticks=int(state.locks.wait_cycles[0]) * period,
-        cache_reads=cache.kinds[:, 0].copy(),
-        cache_writes=cache.kinds[:, 1].copy(),
-        cache_writebacks_in=cache.kinds[:, 2].copy(),
-        cache_hits=cache.outcomes[:, 0].copy(),
-        cache_merges=cache.outcomes[:, 1].copy(),
-        cache_misses=cache.outcomes[:, 2].copy(),
-        cache_fetches=cache.fetches,
-        cache_writebacks_out=cache.writebacks_out,
-        cache_blocked=cache.blocked + still_blocked,
-        cache_fetch_ticks=cache.fetch_cycles * period,
-        dram_reads=dram.served[:, 0].copy(),
-        dram_writes=dram.served[:, 1].copy(),
-        dram_row_hits=dram.rows[:, 0].copy(),
-        dram_row_misses=dram.rows[:, 1].copy(),
-        dram_row_conflicts=dram.rows[:, 2].copy(),
-        dram_activates=dram.activates,
-        dram_precharges=dram.precharges,
-        dram_refreshes=dram.refreshes,
-        dram_data_clocks=dram.data_clocks,
+        **{name: cores[name].copy() for name in ("useful", "tasks", "emitted")},
+        locks_taken=int(locks["taken"]),
+        locks_waited=int(locks["waited"]),
+        lock_wait_ticks=int(locks["wait_cycles"]) * period,
+        cache_reads=by_kind[:, READ].copy(),
+        cache_writes=by_kind[:, WRITE].copy(),
+        cache_writebacks_in=by_kind[:, WRITEBACK].copy(),
+        cache_hits=by_outcome[:, HIT].copy(),
+        cache_merges=by_outcome[:, MERGE].copy(),
+        cache_misses=by_outcome[:, MISS].copy(),
+        cache_fetches=caches["fetches"].copy(),
+        cache_writebacks_out=caches["writebacks_out"].copy(),
+        cache_blocked=caches["blocked"] + np.where(is_blocked, run["cycle"] - caches["blocked_since"], 0),
+        cache_fetch_ticks=caches["fetch_cycles"] * period,
+        **{f"dram_{name}": channels[name].copy() for name in DRAM_COUNTERS},
     )

@@ -10,7 +10,6 @@ import numpy as np
 from archsim.errors import ArchsimError, fail
 from archsim.machine.spec import MachineSpec
 from archsim.trace.records import RECORD, Op, Tasks
-from archsim.trace.stream import Work
 
 
 class Loaded(NamedTuple):

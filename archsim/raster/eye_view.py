@@ -11,6 +11,8 @@ from archsim.raster.edges import edge_functions, pixel_box, reciprocal_depth
 from archsim.scene.camera import Camera, to_view_space, view_window
 from archsim.scene.mesh import Mesh
 
+SAME_DEPTH = 1e-12  # relative
+
 
 class EyeView(NamedTuple):
     """The visible geometry at pixel centres; row 0 is the top."""
@@ -23,7 +25,8 @@ class EyeView(NamedTuple):
 def eye_view(mesh: Mesh, camera: Camera, width: int, height: int) -> EyeView:
     """Rasterize the mesh by [Olano97]. The nearest triangle is seen; of equally near ones, the lower.
 
-    Depths are compared as float64. A triangle seen exactly edge-on covers nothing.
+    Depths are equal within SAME_DEPTH, so that rounding does not choose between coplanar triangles. A triangle
+    seen exactly edge-on covers nothing.
     """
     nearest = np.zeros((height, width), dtype=np.float64)
     triangle = np.full((height, width), -1, dtype=np.int32)
@@ -58,6 +61,6 @@ def _draw_triangle(index, edges, bounds, image):
             closeness = reciprocal_depth(edges, x, y)
             if closeness > 0 and closeness * near <= 1:
                 covered[y, x] += 1
-                if closeness > nearest[y, x]:
+                if closeness > nearest[y, x] * (1 + SAME_DEPTH):
                     nearest[y, x] = closeness
                     triangle[y, x] = index

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.container import Container
 from matplotlib.figure import Figure
 
 from archsim.report.formats import words
@@ -25,8 +27,8 @@ _STYLED = matplotlib.rc_context(
     {
         "svg.fonttype": "none",
         "svg.hashsalt": "archsim",
-        "font.family": ["Helvetica", "Arial", "DejaVu Sans", "sans-serif"],
-        "font.size": 10,
+        "font.family": "DejaVu Sans",
+        "font.size": 9,
         "axes.spines.top": False,
         "axes.spines.right": False,
         "axes.titlesize": 11,
@@ -39,7 +41,7 @@ _STYLED = matplotlib.rc_context(
 @_STYLED
 def speed_of_light(shares: Sequence[tuple[str, float]]) -> str:
     """How near each resource is to its peak: (label, per cent of peak)."""
-    figure = Figure(figsize=(8.6, 0.5 + 0.36 * len(shares)), layout="constrained")
+    figure = Figure(figsize=(11.4, 0.6 + 0.34 * len(shares)), layout="constrained")
     axes = figure.subplots()
     labels, values = [label for label, _ in shares], [value for _, value in shares]
     axes.barh(labels, [100.0] * len(shares), color="#EEEEEE", height=0.66)
@@ -53,7 +55,7 @@ def speed_of_light(shares: Sequence[tuple[str, float]]) -> str:
 @_STYLED
 def stall_stack(phases: Mapping[str, Phase]) -> str:
     """What became of the issue slots of each phase; beside it the empty ones alone, larger."""
-    figure = Figure(figsize=(8.6, 1.3 + 0.42 * len(phases)), layout="constrained")
+    figure = Figure(figsize=(11.4, 1.3 + 0.42 * len(phases)), layout="constrained")
     whole, empty = figure.subplots(1, 2, sharey=True)
     for label, phase in phases.items():
         stalls, colours = phase.stalls(), _reason_colours(phase)
@@ -63,15 +65,14 @@ def stall_stack(phases: Mapping[str, Phase]) -> str:
     empty.set(xlabel="share of issue slots [%]", title="Empty slots only")
     empty.set_xlim(0, max(empty.get_xlim()[1], 0.1))
     whole.invert_yaxis()
-    handles = {bar.get_label(): bar for axes in (whole, empty) for bar in axes.containers}
-    figure.legend(handles.values(), [words(str(h)) for h in handles], loc="outside lower center", ncols=8, frameon=False)
+    _legend(figure, [*whole.containers, *empty.containers])
     return _svg(figure, "stalls")
 
 
 @_STYLED
 def shares(rows: Mapping[str, Mapping[str, float]], colours: Sequence[str], unit: str, key: str) -> str:
     """Stacked bars of row -> {part: amount}, each row as shares of its total."""
-    figure = Figure(figsize=(8.6, 1.1 + 0.36 * len(rows)), layout="constrained")
+    figure = Figure(figsize=(11.4, 1.1 + 0.36 * len(rows)), layout="constrained")
     axes = figure.subplots()
     for label, parts in rows.items():
         total = sum(parts.values()) or 1.0
@@ -79,8 +80,7 @@ def shares(rows: Mapping[str, Mapping[str, float]], colours: Sequence[str], unit
         _stack(axes, label, in_percent, dict(zip(parts, colours, strict=True)))
     axes.set(xlim=(0, 100), xlabel=f"share of {unit} [%]")
     axes.invert_yaxis()
-    handles = {bar.get_label(): bar for bar in axes.containers}
-    figure.legend(handles.values(), list(handles), loc="outside lower center", ncols=6, frameon=False)
+    _legend(figure, axes.containers)
     return _svg(figure, key)
 
 
@@ -89,12 +89,14 @@ def histogram(data: Histogram, key: str) -> str:
     """Counts over values; a logarithmic count axis, and the mean marked."""
     counts = np.asarray(data.counts)
     values = np.arange(len(counts))
-    figure = Figure(figsize=(4.6, 2.8), layout="constrained")
+    figure = Figure(figsize=(5.6, 3.0), layout="constrained")
     axes = figure.subplots()
     axes.bar(values, counts, width=1.0, color=BLUE, linewidth=0)
     mean = float((values * counts).sum() / max(int(counts.sum()), 1))
     axes.axvline(mean, color=VERMILLION, linestyle="--", label=f"mean {mean:.3g}")
-    axes.set(title=data.title, xlabel=f"[{data.unit}]", ylabel="count", xlim=(-0.5, max(len(counts) - 0.5, 1)))
+    axes.set(
+        title=data.title, xlabel=f"[{data.unit}]", ylabel="count", xlim=(-0.5, max(len(counts) - 0.5, 1))
+    )
     if counts.any():
         axes.set_yscale("log")
     axes.legend(frameon=False)
@@ -104,17 +106,18 @@ def histogram(data: Histogram, key: str) -> str:
 @_STYLED
 def heat_map(title: str, image: np.ndarray, key: str) -> str:
     """An image with its colour bar; grey where there is nothing to show. Few very large values don't flatten it."""
-    figure = Figure(figsize=(4.6, 3.6), layout="constrained")
+    figure = Figure(figsize=(5.6, 4.3), layout="constrained")
     axes = figure.subplots()
     colours = matplotlib.colormaps["cividis"].with_extremes(bad="#DDDDDD")
     finite = image[np.isfinite(image)]
     top = float(np.percentile(finite, 99.5)) if finite.size else 1.0
     clipped = bool(finite.size) and float(finite.max()) > top
     low = float(finite.min()) if finite.size else 0.0
-    drawn = axes.imshow(np.ma.masked_invalid(image), cmap=colours, vmin=low, vmax=max(top, low + 1e-9))
+    drawn = axes.imshow(
+        np.ma.masked_invalid(image), cmap=colours, vmin=low, vmax=top if top > low else low + 1
+    )
     figure.colorbar(drawn, ax=axes, extend="max" if clipped else "neither", shrink=0.8)
-    axes.set_title(title, fontsize=9)
-    axes.tick_params(labelsize=8)
+    axes.set(title=title, xlabel="column", ylabel="row")
     return _svg(figure, key)
 
 
@@ -131,6 +134,12 @@ def _stack(axes: Axes, label: str, parts: Mapping[str, float], colours: Mapping[
         if value > 12:
             axes.bar_label(bar, [f"{value:.1f}"], label_type="center", color=_ink(colours[part]), fontsize=9)
         left += value
+
+
+def _legend(figure: Figure, bars: Iterable[Container]) -> None:
+    """One entry for each part of the stacked bars, below the axes."""
+    handles: dict[str, Any] = {words(str(bar.get_label())): bar for bar in bars}
+    figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=8, frameon=False)
 
 
 def _ink(colour: str) -> str:

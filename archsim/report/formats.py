@@ -26,6 +26,8 @@ def percent(value: float | None) -> str:
     """A signed error in per cent."""
     if value is None:
         return "-"
+    if value == 0:
+        return "0 %"
     return f"{value:+.0f} %" if abs(value) >= 100 else f"{value:+.1f} %"
 
 

@@ -23,13 +23,17 @@ def run_report(result: Result, config_yaml: str, manifest: Mapping[str, Any]) ->
         stalls=figures.stall_stack({phase.name: phase for phase in ran}),
         outcomes=figures.shares(cache_outcomes(ran), figures.OUTCOMES, "lookups", "caches"),
         cache_columns=CACHE_COLUMNS,
-        cache_rows=[(f"{phase.name} {cache}", _below(phase, cache)) for phase in ran for cache in phase.caches],
+        cache_rows=[
+            (f"{phase.name} {cache}", _below(phase, cache)) for phase in ran for cache in phase.caches
+        ],
         rows=figures.shares(row_outcomes(ran), figures.OUTCOMES, "requests", "rows"),
         dram_columns=DRAM_COLUMNS,
         dram_rows=[(phase.name, _below(phase, "dram")) for phase in ran],
         shadow=shadow_uri(result.shadow),
         shadow_caption=shadow_caption(result.shadow),
-        maps=[figures.heat_map(title, image, f"map{k}") for k, (title, image) in enumerate(result.maps.items())],
+        maps=[
+            figures.heat_map(title, image, f"map{k}") for k, (title, image) in enumerate(result.maps.items())
+        ],
         histograms=[figures.histogram(data, f"histogram{k}") for k, data in enumerate(result.histograms)],
         checks=result.checks,
         failed=[check for check in result.checks if not check.ok],
@@ -53,8 +57,9 @@ def speed_of_light(ran: list[Phase]) -> list[tuple[str, float]]:
 
 def cache_outcomes(ran: list[Phase]) -> dict[str, dict[str, float]]:
     """Hits, merges and misses of every cache."""
+    names = ("hits", "merges", "misses")
     return {
-        f"{phase.name}: {cache}": {what: float(phase.values[f"{cache}.{what}"]) for what in ("hits", "merges", "misses")}
+        f"{phase.name}: {cache}": {name: float(phase.values[f"{cache}.{name}"]) for name in names}
         for phase in ran
         for cache in phase.caches
     }
@@ -64,7 +69,8 @@ def row_outcomes(ran: list[Phase]) -> dict[str, dict[str, float]]:
     """Row hits, misses and conflicts of every phase."""
     names = ("row hits", "row misses", "row conflicts")
     return {
-        phase.name: {name: float(phase.values[f"dram.{name.replace(' ', '_')}"]) for name in names} for phase in ran
+        phase.name: {name: float(phase.values[f"dram.{name.replace(' ', '_')}"]) for name in names}
+        for phase in ran
     }
 
 

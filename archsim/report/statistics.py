@@ -54,7 +54,11 @@ class Headline(NamedTuple):
 
 def phases(result: Result) -> list[Phase]:
     """The phases in the order in which they ran: whatever has `useful_percent`."""
-    names = [s.name.removesuffix(".useful_percent") for s in result.statistics if s.name.endswith(".useful_percent")]
+    names = [
+        s.name.removesuffix(".useful_percent")
+        for s in result.statistics
+        if s.name.endswith(".useful_percent")
+    ]
     return [_phase(result, name) for name in names]
 
 

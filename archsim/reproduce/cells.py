@@ -27,7 +27,18 @@ class Cell(NamedTuple):
     printed: Printed  # a number, or the [lowest, highest] of a printed range
     ours: int | float
     unit: str
-    error_percent: float | None  # ours against printed, signed; against a range, the distance to its nearer end
+    error_percent: (
+        float | None
+    )  # ours against printed, signed; against a range, the distance to its nearer end
+
+
+class Paper(NamedTuple):
+    """What is said about the paper itself."""
+
+    id: str
+    title: str
+    tables: dict[int, str]  # table -> what it is about
+    notes: dict[int, list[str]]  # table -> remarks on its cells
 
 
 class Place(NamedTuple):

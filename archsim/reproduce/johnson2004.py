@@ -20,6 +20,7 @@ from archsim.reproduce.cells import (
     NOT_COMPARABLE,
     PREDICTED,
     Cell,
+    Paper,
     Place,
     Printed,
     make_cell,
@@ -30,22 +31,27 @@ from archsim.run import simulate
 from archsim.run.progress import Progress, silent
 from archsim.run.result import Result
 
-PAPER = "johnson2004"
-TITLE = "Johnson, Mark, Burns 2004: The Irregular Z-Buffer and its Application to Shadow Mapping"
+ID = "johnson2004"
 ROWS = ("doom_light0", "doom_light1", "knot_light0")
-TABLES = {
-    1: "Workload of each light view",
-    2: "Memory system",
-    3: "Build phase: construction of the grid of lists",
-    4: "Raster phase: irregular rasterization",
-}
 PHASES = ("izb_build", "izb_raster")
-NOTES = {
-    "miss_average L1": "The paper's 6 cycles are the time in the L2 alone; ours are all the time below the L1, that of "
-    "L2 misses included.",
-    "miss_average L2": "The paper prints one range over its scenes and does not say for which phase; ours are given "
-    "for each scene and phase. The time in the L2 is not in it, neither there nor here.",
-}
+PAPER = Paper(
+    id=ID,
+    title="Johnson, Mark, Burns 2004: The Irregular Z-Buffer and its Application to Shadow Mapping",
+    tables={
+        1: "Workload of each light view",
+        2: "Memory system",
+        3: "Build phase: construction of the grid of lists",
+        4: "Raster phase: irregular rasterization",
+    },
+    notes={
+        2: [
+            "L1 miss average: the paper's 6 cycles are the time in the L2 alone; ours are all the time below the L1, "
+            "that of L2 misses included.",
+            "L2 miss average: the paper prints one range over its scenes and does not name the phase; ours are given "
+            "for each scene and phase. The time in the L2 itself is in neither.",
+        ]
+    },
+)
 
 
 class Row(NamedTuple):
@@ -77,7 +83,7 @@ def simulate_row(name: str, progress: Progress) -> Row:
     def named(what: str, done: int, total: int) -> None:
         progress(f"{name} {what}", done, total)
 
-    config = load_run(resources.experiment(PAPER) / f"{name}.yaml", [])
+    config = load_run(resources.experiment(ID) / f"{name}.yaml", [])
     started = time.perf_counter()
     result = simulate(config, named)
     return Row(config, result, time.perf_counter() - started)
@@ -85,7 +91,7 @@ def simulate_row(name: str, progress: Progress) -> Row:
 
 def make_cells(rows: dict[str, Row]) -> list[Cell]:
     """The cells of all tables."""
-    printed = yaml.safe_load((resources.experiment(PAPER) / "printed.yaml").read_text(encoding="utf-8"))
+    printed = yaml.safe_load((resources.experiment(ID) / "printed.yaml").read_text(encoding="utf-8"))
     return [
         *_workload_cells(rows, printed["table1_workload"]),
         *_memory_cells(rows, printed["table2_caches"]),
@@ -99,7 +105,7 @@ def _workload_cells(rows: dict[str, Row], printed: dict[str, Any]) -> list[Cell]
     cells = []
     for name, row in rows.items():
         for column, kind, paper, ours, unit in _workload_columns(row, printed[name]):
-            cells.append(make_cell(Place(PAPER, 1, name, column), kind, paper, ours, unit))
+            cells.append(make_cell(Place(ID, 1, name, column), kind, paper, ours, unit))
     return cells
 
 
@@ -107,12 +113,22 @@ def _workload_columns(row: Row, printed: dict[str, Any]) -> list[tuple[str, str,
     """(column, kind, printed, ours, unit) of one row of table 1."""
     workload, value = row.config.workload, row.result.value
     columns: list[tuple[str, str, Printed, int | float, str]] = [
-        ("depth_complexity", CALIBRATED, printed["depth_complexity"], value("workload.depth_complexity"), "layers")
+        (
+            "depth_complexity",
+            CALIBRATED,
+            printed["depth_complexity"],
+            value("workload.depth_complexity"),
+            "layers",
+        )
     ]
     for grid in ("logical_grid", "physical_grid"):
         for axis, side in enumerate(("width", "height")):
-            columns.append((f"{grid}_{side}", EXACT, printed[grid][axis], getattr(workload, grid)[axis], "cells"))
-    columns.append(("list_length", CALIBRATED, printed["list_length"], value("workload.list_length"), "samples"))
+            columns.append(
+                (f"{grid}_{side}", EXACT, printed[grid][axis], getattr(workload, grid)[axis], "cells")
+            )
+    columns.append(
+        ("list_length", CALIBRATED, printed["list_length"], value("workload.list_length"), "samples")
+    )
     for axis, side in enumerate(("width", "height")):
         ours = value(f"workload.stencil_{side}")
         columns.append((f"stencil_{side}", CALIBRATED, printed["stencil"][axis], ours, "cells"))
@@ -139,8 +155,8 @@ def _memory_cells(rows: dict[str, Row], printed: dict[str, Any]) -> list[Cell]:
             ("hit_latency", "hit", cache.hit_cycles, "cycles"),
         ]
         for column, key, ours, unit in sizes:
-            cells.append(make_cell(Place(PAPER, 2, level, column), EXACT, printed[level][key], ours, unit))
-        place = Place(PAPER, 2, level, "miss_minimum")
+            cells.append(make_cell(Place(ID, 2, level, column), EXACT, printed[level][key], ours, unit))
+        place = Place(ID, 2, level, "miss_minimum")
         cells.append(make_cell(place, PREDICTED, printed[level]["miss_min"], measured[level], "cycles"))
         cells += _average_cells(rows, level, printed[level]["miss_avg"])
     return cells
@@ -155,7 +171,7 @@ def _average_cells(rows: dict[str, Row], level: str, printed: Printed) -> list[C
             caches = dict.fromkeys(phase_machine(row.config.machine, phase).cache_names)
             cache = dict(zip(("L1", "L2"), caches, strict=True))[level]
             ours = row.result.value(f"{phase}.{cache}.average_miss_cycles")
-            place = Place(PAPER, 2, level, f"miss_average {phase} {name}")
+            place = Place(ID, 2, level, f"miss_average {phase} {name}")
             cells.append(make_cell(place, kind, printed, ours, "cycles"))
     return cells
 
@@ -171,7 +187,7 @@ def _phase_cells(rows: dict[str, Row], table: int, phase: str, printed: dict[str
     ]
     return [
         make_cell(
-            Place(PAPER, table, name, column),
+            Place(ID, table, name, column),
             PREDICTED,
             printed[name][column],
             row.result.value(f"{phase}.{statistic}"),

@@ -14,7 +14,7 @@ import os
 import re
 import shutil
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -36,28 +36,47 @@ class StoredRun(NamedTuple):
     manifest: dict[str, Any]
 
 
-def write_folder(
-    out: Path | None, result: Result, config_yaml: str, manifest: Mapping[str, Any], report_html: str
-) -> Path:
-    """Write the run folder and return its path.
+class RunFiles(NamedTuple):
+    """What goes into a run folder, besides the pictures made of the result."""
 
-    `out` None: a fresh name below `runs/`. An `out` that is an archsim run is replaced; at every moment it is the old
-    run, the new run, or absent. Raises ArchsimError if `out` is something else or cannot be written.
+    result: Result
+    config_yaml: str
+    manifest: Mapping[str, Any]
+    report_html: str
+
+
+def write_run(out: Path | None, files: RunFiles) -> Path:
+    """Write a run folder and return its path. `out` None: a fresh name below `runs/`.
+
+    Raises ArchsimError if `out` is neither new nor an archsim run, or cannot be written.
     """
-    target = out.resolve() if out is not None else Path("runs") / _file_name(result.name)
-    check_target(out)
+    if out is None:
+        fresh = Path("runs") / (re.sub(r"[^A-Za-z0-9._-]+", "-", files.result.name).strip(".-") or "run")
+        return publish(fresh, False, lambda folder: fill_run(folder, files))
+    return publish(out, True, lambda folder: fill_run(folder, files))
+
+
+def publish(target: Path, replace: bool, fill: Callable[[Path], None]) -> Path:
+    """Let `fill` write into a folder beside `target`, then give it that name; returns the name it got.
+
+    `replace`: an archsim folder of that name is replaced; at every moment there is the old one, the new one, or none.
+    Otherwise the first free one of `target`, `target-2`, `target-3` ... is taken.
+    """
+    place = target.resolve()
     try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        temporary = Path(tempfile.mkdtemp(prefix=f".{target.name}-unfinished-", dir=target.parent))
+        place.parent.mkdir(parents=True, exist_ok=True)
+        temporary = Path(tempfile.mkdtemp(prefix=f".{place.name}-unfinished-", dir=place.parent))
         try:
             temporary.chmod(0o755)
-            _fill(temporary, result, config_yaml, manifest, report_html)
-            published = _publish(temporary, target, replace=out is not None)
+            fill(temporary)
+            if replace:
+                _rename_over(temporary, place)
+                return target
+            return target.with_name(_rename_to_free(temporary, place))
         finally:
             shutil.rmtree(temporary, ignore_errors=True)
-        return published if out is None else out
     except OSError as error:
-        raise fail(f"cannot write the run folder: {error.strerror or error}", Location(str(target))) from None
+        raise fail(f"cannot write the folder: {error.strerror or error}", Location(str(target))) from None
 
 
 def check_target(out: Path | None) -> None:
@@ -80,6 +99,11 @@ def result_json(result: Result) -> str:
         "statistics": [statistic._asdict() for statistic in result.statistics],
         "checks": [check._asdict() for check in result.checks],
     }
+    return as_json(tree)
+
+
+def as_json(tree: Any) -> str:
+    """JSON text of a tree of plain values and numpy numbers."""
     return json.dumps(plain(tree), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 
 
@@ -119,17 +143,15 @@ def load_folder(path: Path) -> StoredRun:
     return StoredRun(path, result, _read_text(path / "config.yaml"), _read_json(path / MANIFEST))
 
 
-def _fill(
-    folder: Path, result: Result, config_yaml: str, manifest: Mapping[str, Any], report_html: str
-) -> None:
-    """Write every file, the manifest last."""
-    (folder / "result.json").write_text(result_json(result), encoding="utf-8")
-    (folder / "config.yaml").write_text(config_yaml, encoding="utf-8")
-    np.save(folder / "shadow.npy", np.asarray(result.shadow, dtype=bool))
-    (folder / "shadow.png").write_bytes(shadow_png(result.shadow))
-    (folder / "report.html").write_text(report_html, encoding="utf-8")
-    text = json.dumps(plain(manifest), indent=1, allow_nan=False, ensure_ascii=False)
-    (folder / MANIFEST).write_text(text + "\n", encoding="utf-8")
+def fill_run(folder: Path, files: RunFiles) -> None:
+    """Write every file of a run, the manifest last."""
+    folder.mkdir(exist_ok=True)
+    (folder / "result.json").write_text(result_json(files.result), encoding="utf-8")
+    (folder / "config.yaml").write_text(files.config_yaml, encoding="utf-8")
+    np.save(folder / "shadow.npy", np.asarray(files.result.shadow, dtype=bool))
+    (folder / "shadow.png").write_bytes(shadow_png(files.result.shadow))
+    (folder / "report.html").write_text(files.report_html, encoding="utf-8")
+    (folder / MANIFEST).write_text(as_json(files.manifest), encoding="utf-8")
 
 
 def shadow_png(shadow: np.ndarray) -> bytes:
@@ -142,38 +164,29 @@ def shadow_png(shadow: np.ndarray) -> bytes:
     return stream.getvalue()
 
 
-def _publish(temporary: Path, target: Path, replace: bool) -> Path:
-    """Give the finished folder its name: `target` itself, or the first free `target-N`."""
-    if replace:
-        check_target(target)
-        retired = temporary.with_name(f"{temporary.name}-replaced")
-        if target.exists():
-            target.rename(retired)
-        temporary.rename(target)
-        shutil.rmtree(retired, ignore_errors=True)
-        return target
+def _rename_over(temporary: Path, place: Path) -> None:
+    """Rename, with whatever archsim folder has that name moved away before and deleted after."""
+    check_target(place)
+    retired = temporary.with_name(f"{temporary.name}-replaced")
+    if place.exists():
+        place.rename(retired)
+    temporary.rename(place)
+    shutil.rmtree(retired, ignore_errors=True)
 
+
+def _rename_to_free(temporary: Path, place: Path) -> str:
+    """Rename to the first free name, which is returned; another process may take names at the same time."""
     for number in itertools.count(1):
-        candidate = target if number == 1 else target.with_name(f"{target.name}-{number}")
-        if not os.path.lexists(candidate) and _rename_if_free(temporary, candidate):
-            return candidate
-    raise AssertionError("there are always free numbers")
-
-
-def _rename_if_free(temporary: Path, candidate: Path) -> bool:
-    """Rename unless another run took the name in between."""
-    try:
-        temporary.rename(candidate)
-    except OSError as error:
-        if error.errno in (errno.EEXIST, errno.ENOTEMPTY, errno.ENOTDIR):
-            return False
-        raise
-    return True
-
-
-def _file_name(name: str) -> str:
-    """A run's name with everything that does not belong in a file name replaced."""
-    return re.sub(r"[^A-Za-z0-9._-]+", "-", name).strip(".-") or "run"
+        candidate = place if number == 1 else place.with_name(f"{place.name}-{number}")
+        if os.path.lexists(candidate):
+            continue
+        try:
+            temporary.rename(candidate)
+            return candidate.name
+        except OSError as error:
+            if error.errno not in (errno.EEXIST, errno.ENOTEMPTY, errno.ENOTDIR):
+                raise
+    raise AssertionError("there are always free names")
 
 
 def _finite(item: dict[str, Any]) -> dict[str, Any]:

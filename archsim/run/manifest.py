@@ -27,15 +27,22 @@ _PACKAGES = (
 
 
 def make_manifest(
-    config_yaml: str, seed: int | None, scene_digest: str, command: Sequence[str], wall_seconds: float
+    config_yaml: str, seed: int, scene_digest: str, command: Sequence[str], wall_seconds: float
 ) -> dict[str, Any]:
-    """The tree of `manifest.json`. `seed` is that of the scene's generator, None where nothing is drawn."""
+    """The tree of a run's `manifest.json`."""
     return {
-        "archsim": archsim.__version__,
-        "code_digest": code_digest(),
+        **common_manifest(command, wall_seconds),
         "config_digest": hashlib.sha256(config_yaml.encode()).hexdigest(),
         "scene_digest": scene_digest,
         "seed": seed,
+    }
+
+
+def common_manifest(command: Sequence[str], wall_seconds: float) -> dict[str, Any]:
+    """What is known of every piece of work, whatever it worked on."""
+    return {
+        "archsim": archsim.__version__,
+        "code_digest": code_digest(),
         "command": list(command),
         "wall_seconds": round(wall_seconds, 3),
         "python": sys.version.split()[0],

@@ -24,14 +24,13 @@ from archsim.scene.scene import Scene
 
 SELF_DISTANCE = 1e-5  # part of the way from P to the light
 _EDGE_SLACK = 1e-12  # barycentric; a ray along a shared edge must not slip through
+_SAME_DEPTH = 1e-12  # relative; rounding does not choose between coplanar triangles
 _BOX_SLACK = 1 + 1e-14  # rounding of the box test must not lose a hit
 _FAR = 1e300  # beyond every hit; a missed box is entered at inf
 _LEAF_TRIANGLES = 4
-_HALVING_DEPTH = (
-    60  # from this depth on nodes are halved, so that no tree of 2^31 triangles is deeper than _STACK
-)
-_STACK = 96
 INNER = -1
+_HALVING_DEPTH = 60  # from here down nodes are halved: a tree of 2^31 triangles is at most 60 + 31 deep
+_STACK = 96
 
 
 class PrimaryHits(NamedTuple):
@@ -169,17 +168,24 @@ def _nearest(tree, origin, direction, near, stack):
     while waiting > 0:
         waiting -= 1
         node = stack[waiting]
-        if _box_entry(tree, node, origin, inverse) > min(depth, _FAR):
+        if _box_entry(tree, node, origin, inverse) > min(depth * (1 + _SAME_DEPTH), _FAR):
             continue
         first = tree.first[node]
         for place in range(first, first + tree.number[node]):
             index = tree.order[place]
             hit = _hit(tree.corners[index], origin, direction)
-            if hit >= near and (hit < depth or (hit == depth and index < triangle)):
+            if hit >= near and _is_before(hit, index, depth, triangle):
                 depth, triangle = hit, index
         if tree.number[node] == INNER:
             waiting = _push_nearer_last(tree, first, (origin, inverse), stack, waiting)
     return depth, triangle
+
+
+@njit
+def _is_before(hit, index, depth, triangle):
+    """Whether triangle `index` at `hit` is seen rather than `triangle` at `depth`; of coplanar ones the lower."""
+    same = abs(hit - depth) < _SAME_DEPTH * depth
+    return index < triangle if same else hit < depth
 
 
 @njit

@@ -126,5 +126,7 @@ def test_importing_configurations_imports_nothing_heavy():
     code = (
         "import archsim.config, sys; print([m for m in ('numpy', 'numba', 'matplotlib') if m in sys.modules])"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=resources.root()
+    )
     assert done.stdout.strip() == "[]"

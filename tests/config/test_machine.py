@@ -138,16 +138,17 @@ def test_lines_must_fit_bursts_and_rows_and_each_other(write, problems):
         """\
         base: machines/tiny.yaml
         components:
-          builder_l1: {next: dram}
+          builder_l1: {next: dram, line: 32 B}
           l2: {line: 64 B}
           dram: {burst_beats: 32, row_bytes: 32 B, timing: {n_ccd: 16}}
         """,
     )
     assert problems(load_machine, "machine.yaml") == [
+        "machine.yaml:3:34: components.builder_l1.line: must be a whole number of bursts of 'dram', 128 B each",
         "machine.yaml:4:14: components.l2.line: must be a whole number of bursts of 'dram', 128 B each",
-        "machine.yaml:4:14: components.l2.line: must be that of 'builder_l1', 32 B: both use 'dram'",
         "machine.yaml:4:14: components.l2.line: must divide the rows of 'dram', 32 B",
-    ] + [line for line in problems(load_machine, "machine.yaml") if "builder_l1.line" in line]
+        "machine.yaml:4:14: components.l2.line: must be that of 'builder_l1', 32 B: both use 'dram'",
+    ]
 
 
 @pytest.mark.parametrize(
@@ -172,9 +173,25 @@ def test_wrong_names_and_wrong_graphs_are_told_together(problems):
 
 
 def test_problems_of_shared_values_are_at_the_shared_place(problems):
-    found = problems(load_machine, "machines/tiny.yaml", [C + "l2.line=16 B"])
-    assert [line.partition("components.")[2] for line in found] == [
-        "builder_l1.line: must not be longer than the line of 'l2', 16 B",
-        "shader_l1.line: must not be longer than the line of 'l2', 16 B",
-        "l2.line: must be a whole number of bursts of 'dram', 32 B each",
-    ]
+    shared, *others = problems(load_machine, "machines/tiny.yaml", [C + "l2.line=16 B"])[1:]
+    place, _, what = shared.partition(": ")
+    assert what == "components.builder_l1.line: must not be longer than the line of 'l2', 16 B"
+    assert others == [f"{place}: {what.replace('builder', 'shader')}"]
+
+
+def test_a_circle_of_caches_is_told_once_and_a_mapping_at_its_key(write, problems):
+    write(
+        "machine.yaml",
+        """\
+        base: machines/tiny.yaml
+        clocks:
+          core: 1234567891 Hz
+          memory: 1 GHz
+        components:
+          builder_l1: {private: false}
+          l2: {line: 32 B, next: builder_l1}
+        """,
+    )
+    circle, clocks = sorted(problems(load_machine, "machine.yaml"), key=lambda line: "clocks" in line)
+    assert clocks.startswith("machine.yaml:2:1: clocks: no useful common divisor")
+    assert circle.endswith("components.builder_l1.next: caches in a circle: builder_l1 -> l2 -> builder_l1")

@@ -119,6 +119,13 @@ def test_calls_nest_four_deep_and_the_fifth_ends_the_program():
     assert emitted(body.format("RET;") + subs.format("CAL e;")) == []
 
 
+def test_call_stack_starts_empty():
+    executed = run(
+        "CAL sub; RET; sub: EMIT v[0].x, v[0].x;", num_tasks=6
+    )  # falls off the end inside the call
+    assert executed.emitted_address.tolist() == [0, 1, 2, 3, 4, 5]
+
+
 def test_conditional_call_and_return():
     assert emitted("CAL sub (NE.x); EMIT c[0].y, c[0].x; RET; sub: EMIT c[0].z, c[0].x;") == [1]
     body = "CAL sub; EMIT c[0].y, c[0].x; RET; sub: RET (NE.x); EMIT c[0].z, c[0].x; RET;"

@@ -204,10 +204,8 @@ def test_kernel_from_a_path(tmp_path):
         load_kernel(path)
 
 
-WORDS = [
-    *MNEMONICS,
-    *"R0 R15 R16 A0 A1 B0 B1 v c o CC END OPTION HPOS x y xy xyzw wzyx EQ LT TR a b main".split(),
-]
+WORDS = [*MNEMONICS, "R0", "R15", "R16", "A0", "A1", "B0", "B1", "v", "c", "o", "CC", "END", "OPTION", "HPOS"]
+WORDS += ["x", "y", "xy", "xyzw", "wzyx", "EQ", "LT", "TR", "a", "b", "main"]
 SIGNS = [*"[](){},;:|+-.", "!!VP2.0", "0", "255", "999999999999", "\n", " ", "#", "\x00", "é", "²"]
 
 

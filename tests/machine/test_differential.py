@@ -10,7 +10,7 @@ from archsim.trace.stream import chunked, whole
 from tests.machine.build import difference
 from tests.machine.strategies import few_tasks, machines, many_tasks
 
-quick = settings(max_examples=40, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+quick = settings(max_examples=30, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
 
 
 def cut(tasks: Tasks, sizes: list[int]):
@@ -30,13 +30,13 @@ def assert_equal_counters(spec, tasks):
     assert not difference(used, believed), difference(used, believed)
 
 
-@settings(quick, max_examples=150)
+@settings(quick, max_examples=100)
 @given(machines(), few_tasks())
 def test_both_models_agree_on_small_work(spec, tasks):
     assert_equal_counters(spec, tasks)
 
 
-@settings(quick, max_examples=300)
+@settings(quick, max_examples=400)
 @given(machines(), many_tasks())
 def test_both_models_agree_on_dense_work(spec, tasks):
     assert_equal_counters(spec, tasks)

@@ -284,6 +284,16 @@ def test_of_coincident_triangles_the_lower_is_seen():
     assert (primary_hits(scene(soup([floor] * 40))).triangle == 0).all()
 
 
+def test_coplanar_triangles_are_told_apart_as_the_rasterizer_does():
+    random = np.random.default_rng(4)
+    mesh = soup(np.append(random.uniform(-2, 2, (120, 2)), np.full((120, 1), 0.3), axis=1))
+    camera = Camera(point(0.3, -2.1, 2.7), point(0.1, 0.2, 0.3), point(0, 0, 1), 60.0, 0.1)
+    view = scene(mesh, camera=camera, size=(64, 48))
+    raster = eye_view(mesh, camera, 64, 48)
+    assert (raster.covered > 1).mean() > 0.2
+    assert (primary_hits(view).triangle != raster.triangle).mean() < 0.001
+
+
 def test_an_empty_mesh_is_all_background():
     view = scene(soup([]), (0, 0, 1))
     assert (primary_hits(view).triangle == -1).all()

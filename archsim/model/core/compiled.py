@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from archsim.jit import njit
+from archsim.jit import compiled, inlined
 from archsim.model.core.spec import CoreSpec, TaskOrder
 from archsim.trace.records import Op
 
@@ -21,26 +21,37 @@ _DE_BRUIJN = 0x077CB531
 _BIT_OF = np.array([(_DE_BRUIJN << bit & 0xFFFFFFFF) >> 27 for bit in range(32)], np.int64).argsort()
 
 
+_THREAD_FIELDS = (
+    "core",  # its core
+    "place",  # its number in the core
+    "cursor",  # current record among the loaded ones
+    "compute_left",  # one-cycle instructions left of the record
+    "op",  # Op that closes the record; END also for a thread without a task
+    "task",  # being run, or NO_TASK
+    "next_task",  # already meant for the thread, or NO_TASK
+    "reason",  # why it last waited
+)
+_CORE_FIELDS = (
+    "pointer",  # where the round goes on
+    "after_issue",  # core cycle after the last issue
+    "useful",  # slots with an issue
+    "tasks",  # finished
+    "emitted",  # EMIT operations
+)
+THREAD = np.dtype([(name, np.int64) for name in _THREAD_FIELDS], align=True)
+CORE = np.dtype([(name, np.int64) for name in _CORE_FIELDS], align=True)
+
+
 class CoreState(NamedTuple):
     """C cores, N threads of all cores, W words to a set of a core's threads."""
 
-    core_of: np.ndarray  # [N] core of the thread
-    cursor: np.ndarray  # [N] current record among the loaded ones
-    compute_left: np.ndarray  # [N] one-cycle instructions left of the current record
-    op: np.ndarray  # [N] Op that closes the current record; END also for a thread without a task
-    task: np.ndarray  # [N] task being run, or NO_TASK
-    next_task: np.ndarray  # [N] task already meant for the thread, or NO_TASK
-    reason: np.ndarray  # [N] why the thread last waited
+    threads: np.ndarray  # THREAD [N]
+    cores: np.ndarray  # CORE [C]
     ready: np.ndarray  # [C, W] set of threads that can issue
     wake: np.ndarray  # [S, C, W] sets that become ready in the next core cycle that is `slot` modulo S
-    pointer: np.ndarray  # [C] where the round goes on
-    after_issue: np.ndarray  # [C] core cycle after the last issue
+    stalled: np.ndarray  # [C, reasons] slots without an issue
     idle: np.ndarray  # [N] ring of idle threads
     idle_ends: np.ndarray  # [2] longest idle thread and end of the line, counted from the start of the run
-    useful: np.ndarray  # [C] slots with an issue
-    stalled: np.ndarray  # [C, reasons] slots without
-    tasks: np.ndarray  # [C] tasks finished
-    emitted: np.ndarray  # [C] EMIT operations
 
 
 def new_cores(spec: CoreSpec, num_reasons: int, longest_wake_cycles: int) -> CoreState:
@@ -49,44 +60,33 @@ def new_cores(spec: CoreSpec, num_reasons: int, longest_wake_cycles: int) -> Cor
     num_words = -(-spec.num_threads // _WORD_BITS)
     num_slots = 1 << longest_wake_cycles.bit_length()
 
-    def per_thread(value: int) -> np.ndarray:
-        return np.full(num_threads, value, np.int64)
-
-    def per_core(*shape: int) -> np.ndarray:
-        return np.zeros((spec.num_cores, *shape), np.int64)
-
-    ready = per_core(num_words)
-    for thread in range(spec.num_threads):
-        ready[:, thread // _WORD_BITS] |= 1 << thread % _WORD_BITS
-    interleaved = spec.task_order == TaskOrder.INTERLEAVED
+    threads = np.zeros(num_threads, THREAD)
+    threads["core"], threads["place"] = np.divmod(np.arange(num_threads), spec.num_threads)
+    threads["op"] = Op.END
+    threads["task"] = NO_TASK
+    threads["next_task"] = np.arange(num_threads) if spec.task_order == TaskOrder.INTERLEAVED else NO_TASK
+    threads["reason"] = _NO_WORK
+    ready = np.zeros((spec.num_cores, num_words), np.int64)
+    for place in range(spec.num_threads):
+        ready[:, place // _WORD_BITS] |= 1 << place % _WORD_BITS
     return CoreState(
-        core_of=np.arange(num_threads) // spec.num_threads,
-        cursor=per_thread(0),
-        compute_left=per_thread(0),
-        op=per_thread(Op.END),
-        task=per_thread(NO_TASK),
-        next_task=np.arange(num_threads) if interleaved else per_thread(NO_TASK),
-        reason=per_thread(_NO_WORK),
+        threads=threads,
+        cores=np.zeros(spec.num_cores, CORE),
         ready=ready,
         wake=np.zeros((num_slots, spec.num_cores, num_words), np.int64),
-        pointer=per_core(),
-        after_issue=per_core(),
-        idle=per_thread(NO_THREAD),
+        stalled=np.zeros((spec.num_cores, num_reasons), np.int64),
+        idle=np.zeros(num_threads, np.int64),
         idle_ends=np.zeros(2, np.int64),
-        useful=per_core(),
-        stalled=per_core(num_reasons),
-        tasks=per_core(),
-        emitted=per_core(),
     )
 
 
-@njit(forceinline=True)
+@inlined
 def _lowest_bit(word):
     """Number of the lowest bit set in a word of 32 bits."""
     return _BIT_OF[((word & -word) * _DE_BRUIJN & 0xFFFFFFFF) >> 27]
 
 
-@njit
+@compiled
 def _pick_behind(state, core, first):
     """First ready thread in the words after word `first`, cyclic, or NO_THREAD."""
     num_words = state.ready.shape[1]
@@ -98,10 +98,10 @@ def _pick_behind(state, core, first):
     return NO_THREAD
 
 
-@njit(forceinline=True)
+@inlined
 def pick(state, core):
     """First ready thread of the core at or after its pointer, cyclic, or NO_THREAD."""
-    pointer = state.pointer[core]
+    pointer = state.cores[core]["pointer"]
     first = pointer >> 5
     word = state.ready[core, first] & (-1 << (pointer & 31))
     if word != 0:
@@ -109,25 +109,29 @@ def pick(state, core):
     return _pick_behind(state, core, first)
 
 
-@njit(forceinline=True)
-def park(state, core, thread):
-    """The core's thread is no longer ready."""
-    state.ready[core, thread >> 5] &= ~(1 << (thread & 31))
+@inlined
+def park(state, thread):
+    """The thread is no longer ready."""
+    place = thread["place"]
+    state.ready[thread["core"], place >> 5] &= ~(1 << (place & 31))
 
 
-@njit(forceinline=True)
-def wake_now(state, core, thread):
-    """The core's thread is ready in this cycle."""
-    state.ready[core, thread >> 5] |= 1 << (thread & 31)
+@inlined
+def wake_now(state, thread):
+    """The thread is ready in this cycle."""
+    place = thread["place"]
+    state.ready[thread["core"], place >> 5] |= 1 << (place & 31)
 
 
-@njit(forceinline=True)
-def wake_at(state, cycle, core, thread):
-    """The core's thread becomes ready in `cycle`, which is less than S cycles ahead."""
-    state.wake[cycle & (state.wake.shape[0] - 1), core, thread >> 5] |= 1 << (thread & 31)
+@inlined
+def wake_at(state, cycle, thread):
+    """The thread becomes ready in `cycle`, which is less than S cycles ahead."""
+    slot = cycle & (state.wake.shape[0] - 1)
+    place = thread["place"]
+    state.wake[slot, thread["core"], place >> 5] |= 1 << (place & 31)
 
 
-@njit(forceinline=True)
+@inlined
 def wake_due(state, cycle):
     """Threads whose wait ends in `cycle` become ready."""
     slot = cycle & (state.wake.shape[0] - 1)
@@ -137,7 +141,7 @@ def wake_due(state, cycle):
             state.wake[slot, core, word] = 0
 
 
-@njit(forceinline=True)
+@inlined
 def any_ready(state, cycle):
     """Whether a thread is ready already or becomes so in `cycle`, within S cycles."""
     slot = cycle & (state.wake.shape[0] - 1)
@@ -148,51 +152,52 @@ def any_ready(state, cycle):
     return False
 
 
-@njit(forceinline=True)
-def count_issue(spec, state, cycle, core, thread):
+@inlined
+def count_issue(spec, state, cycle, thread):
     """Use the core's slot of `cycle`; charge the empty ones before it to what the thread waited for."""
-    empty_slots = cycle - state.after_issue[core]
+    core = state.cores[thread["core"]]
+    empty_slots = cycle - core["after_issue"]
     if empty_slots > 0:
-        state.stalled[core, state.reason[core * spec.num_threads + thread]] += empty_slots
+        state.stalled[thread["core"], thread["reason"]] += empty_slots
 
-    state.useful[core] += 1
-    state.after_issue[core] = cycle + 1
-    state.pointer[core] = thread + 1 if thread + 1 < spec.num_threads else 0
-
-
-@njit(forceinline=True)
-def read_record(state, number, records, cursor):
-    """Thread `number` goes on with the record at `cursor`."""
-    state.cursor[number] = cursor
-    state.compute_left[number] = records[cursor]["compute"]
-    state.op[number] = records[cursor]["op"]
+    core["useful"] += 1
+    core["after_issue"] = cycle + 1
+    behind = thread["place"] + 1
+    core["pointer"] = behind if behind < spec.num_threads else 0
 
 
-@njit
+@inlined
+def read_record(thread, records, cursor):
+    """The thread goes on with the record at `cursor`."""
+    thread["cursor"] = cursor
+    thread["compute_left"] = records[cursor]["compute"]
+    thread["op"] = records[cursor]["op"]
+
+
+@compiled
 def join_idle(state, number):
     """Thread `number` goes to the end of the line of idle threads."""
     state.idle[state.idle_ends[1] % len(state.idle)] = number
     state.idle_ends[1] += 1
 
 
-@njit
+@inlined
 def num_idle(state):
     """Threads that wait for a task."""
     return state.idle_ends[1] - state.idle_ends[0]
 
 
-@njit
-def hand_to_idle(spec, state, task):
+@compiled
+def hand_to_idle(state, task):
     """The longest idle thread gets the task and is ready now."""
-    number = state.idle[state.idle_ends[0] % len(state.idle)]
+    thread = state.threads[state.idle[state.idle_ends[0] % len(state.idle)]]
     state.idle_ends[0] += 1
-    state.next_task[number] = task
-    state.reason[number] = _NO_WORK
-    core = state.core_of[number]
-    wake_now(state, core, number - core * spec.num_threads)
+    thread["next_task"] = task
+    thread["reason"] = _NO_WORK
+    wake_now(state, thread)
 
 
-@njit
+@compiled
 def retire_idle(state):
     """No task will come: the line of idle threads dissolves."""
     state.idle_ends[0] = state.idle_ends[1]

@@ -6,62 +6,62 @@ from typing import NamedTuple
 
 import numpy as np
 
-from archsim.jit import njit
+from archsim.jit import compiled
 
 NOBODY = -1
 NOT_HOLDER = -2  # the thread that unlocks does not hold the lock
 
 
+LOCK = np.dtype([(name, np.int64) for name in ("holder", "first", "last")], align=True)
+WAITER = np.dtype([(name, np.int64) for name in ("behind", "asked")], align=True)
+LOCK_COUNTS = np.dtype([(name, np.int64) for name in ("taken", "waited", "wait_cycles")], align=True)
+
+
 class LocksState(NamedTuple):
     """L locks, N threads. A lock's line of waiting threads is a chain through `behind`."""
 
-    holder: np.ndarray  # [L] thread that holds the lock, or NOBODY
-    first: np.ndarray  # [L] head of the line, or NOBODY
-    last: np.ndarray  # [L] end of the line, or NOBODY
-    behind: np.ndarray  # [N] who stands behind the thread
-    asked: np.ndarray  # [N] core cycle in which the waiting thread asked
-    taken: np.ndarray  # [1] grants
-    waited: np.ndarray  # [1] requests that found the lock held
-    wait_cycles: np.ndarray  # [1] core cycles between asking and grant, summed over the waiting
+    locks: np.ndarray  # LOCK [L] who holds it, who heads and who ends its line, each a thread or NOBODY
+    waiters: np.ndarray  # WAITER [N] who stands behind the thread, core cycle in which it asked
+    counts: np.ndarray  # LOCK_COUNTS [1] grants, requests that had to wait, core cycles that those waited
 
 
 def new_locks(num_locks: int, num_threads: int) -> LocksState:
     """All locks free."""
-    lock_fields = [np.full(num_locks, NOBODY, np.int64) for _ in range(3)]
-    thread_fields = [np.full(num_threads, NOBODY, np.int64) for _ in range(2)]
-    counts = [np.zeros(1, np.int64) for _ in range(3)]
-    return LocksState(*lock_fields, *thread_fields, *counts)
+    locks = np.full(num_locks, np.array((NOBODY, NOBODY, NOBODY), LOCK))
+    return LocksState(locks, np.zeros(num_threads, WAITER), np.zeros(1, LOCK_COUNTS))
 
 
-@njit
-def take(state, cycle, lock, thread):
+@compiled
+def take(state, cycle, number, thread):
     """Whether the thread has the lock now; if not, it stands in line from `cycle` on."""
-    if state.holder[lock] == NOBODY:
-        state.holder[lock] = thread
-        state.taken[0] += 1
+    lock, counts = state.locks[number], state.counts[0]
+    if lock["holder"] == NOBODY:
+        lock["holder"] = thread
+        counts["taken"] += 1
         return True
 
-    state.waited[0] += 1
-    state.asked[thread] = cycle
-    state.behind[thread] = NOBODY
-    if state.first[lock] == NOBODY:
-        state.first[lock] = thread
+    counts["waited"] += 1
+    state.waiters[thread]["asked"] = cycle
+    state.waiters[thread]["behind"] = NOBODY
+    if lock["first"] == NOBODY:
+        lock["first"] = thread
     else:
-        state.behind[state.last[lock]] = thread
-    state.last[lock] = thread
+        state.waiters[lock["last"]]["behind"] = thread
+    lock["last"] = thread
     return False
 
 
-@njit
-def release(state, cycle, lock, thread):
+@compiled
+def release(state, cycle, number, thread):
     """The thread that gets the lock in `cycle`, NOBODY if no one waits, NOT_HOLDER if it is not the caller's."""
-    if state.holder[lock] != thread:
+    lock, counts = state.locks[number], state.counts[0]
+    if lock["holder"] != thread:
         return NOT_HOLDER
 
-    heir = state.first[lock]
-    state.holder[lock] = heir
+    heir = lock["first"]
+    lock["holder"] = heir
     if heir != NOBODY:
-        state.first[lock] = state.behind[heir]
-        state.taken[0] += 1
-        state.wait_cycles[0] += cycle - state.asked[heir]
+        lock["first"] = state.waiters[heir]["behind"]
+        counts["taken"] += 1
+        counts["wait_cycles"] += cycle - state.waiters[heir]["asked"]
     return heir

@@ -1,0 +1,60 @@
+"""The report of a reproduction: tables with printed beside ours."""
+
+import pytest
+
+from archsim.report.reproduction_page import reproduction_report, summary
+from archsim.report.tables import grade, tables
+from archsim.reproduce.cells import Paper, Place, make_cell
+from tests.report.pages import check_self_contained
+from tests.run.results import MANIFEST, make_result
+
+PAPER = Paper("paper", "A paper & its title", {1: "First", 2: "Second"}, {2: ["A remark."]})
+CELLS = [
+    make_cell(Place("paper", 1, "a", "cycles"), "predicted", 2000, 2020, "cycles"),
+    make_cell(Place("paper", 1, "b", "cycles"), "predicted", 1000, 1100, "cycles"),
+    make_cell(Place("paper", 1, "a", "size"), "exact", 16, 16, "KiB"),
+    make_cell(Place("paper", 2, "a", "latency"), "not comparable", [75, 118], 160, "cycles"),
+    make_cell(Place("paper", 2, "a", "layers"), "calibrated", 3.43, 3.5, "layers"),
+]
+
+
+def test_the_page_is_whole_and_holds_the_cells():
+    results = {"a": make_result(), "b": make_result()}
+
+    page = check_self_contained(reproduction_report(PAPER, CELLS, results, MANIFEST))
+
+    for text in (
+        "A paper & its title",
+        "Table 2. Second",
+        "A remark.",
+        "2,020",
+        "+1.0 %",
+        "75 - 118",
+        "+35.6 %",
+    ):
+        assert text in page.text, text
+    assert page.tags.count("img") == 2  # one shadow a row
+
+
+def test_tables_are_turned_with_gaps_where_the_paper_has_none():
+    first, second = tables(PAPER, CELLS)
+
+    assert first.rows == ["a", "b"]
+    assert [(line.column, line.kind) for line in first.lines] == [("cycles", "predicted"), ("size", "exact")]
+    assert first.lines[1].cells == [CELLS[2], None]
+    assert second.notes == ["A remark."]
+
+
+def test_the_summary_counts_by_kind():
+    cards = {label: value for value, label in summary(CELLS)}
+
+    assert cards["median error of 2 predicted cells"] == "5.5 %"
+    assert cards["predicted cells within 5 %"] == "1 of 2"
+    assert cards["exact cells that are equal"] == "1 of 1"
+
+
+@pytest.mark.parametrize(
+    ("error", "expected"), [(None, "none"), (0, "good"), (-5, "good"), (5.1, "fair"), (-15.1, "poor")]
+)
+def test_errors_are_graded_by_size(error, expected):
+    assert grade(error) == expected

@@ -1,0 +1,91 @@
+"""The report of a run: one whole page with the numbers in it."""
+
+import numpy as np
+import pytest
+
+from archsim.report.run_page import cache_outcomes, row_outcomes, run_report, speed_of_light
+from archsim.report.statistics import phases
+from archsim.run.result import Check
+from tests.report.pages import check_self_contained
+from tests.run.results import CONFIG_YAML, MANIFEST, make_result
+
+
+def page(result):
+    return check_self_contained(run_report(result, CONFIG_YAML, MANIFEST))
+
+
+def test_the_page_is_whole_and_holds_the_numbers():
+    shown = page(make_result())
+
+    for text in (
+        "made_up",
+        "123,456",
+        "7,654",
+        "98.75",
+        "71.5",
+        "resolution: [4, 3]",
+        "<made & up>",
+        "c0de",
+        "a law",
+    ):
+        assert text in shown.text, text
+    assert shown.tags.count("svg") == 6  # light, stalls, caches, rows, one map, one histogram
+    assert "4 x 3 pixels, 16.7 % in shadow" in shown.text
+
+
+def test_figures_are_the_same_bytes_each_time():
+    assert run_report(make_result(), CONFIG_YAML, MANIFEST) == run_report(
+        make_result(), CONFIG_YAML, MANIFEST
+    )
+
+
+def test_figures_have_axes_with_units():
+    shown = page(make_result())
+
+    for label in (
+        "share of issue slots [%]",
+        "share of the resource's peak [%]",
+        "share of lookups [%]",
+        "[samples]",
+    ):
+        assert label in shown.text
+
+
+def test_speed_of_light_takes_the_shares_of_peak():
+    shares = dict(speed_of_light(phases(make_result())))
+
+    assert shares["izb_build: issue"] == 87.25
+    assert shares["izb_build: l1 ports"] == 43.5
+    assert shares["izb_raster: DRAM data buses"] == 20.5
+
+
+def test_outcomes_are_those_of_the_statistics():
+    ran = phases(make_result())
+
+    assert cache_outcomes(ran)["izb_raster: l2"] == {"hits": 5472, "merges": 182, "misses": 2000}
+    assert row_outcomes(ran)["izb_build"] == {"row hits": 300, "row misses": 100, "row conflicts": 600}
+
+
+def test_all_issue_slots_are_in_the_stack():
+    (build, _) = phases(make_result())
+
+    assert list(build.stalls()) == ["useful", "no_work", "lock", "l1", "l2", "dram"]
+    assert sum(build.stalls().values()) == pytest.approx(100)
+
+
+def test_failed_checks_come_first():
+    shown = page(make_result(checks=[Check("holds", True, "1 = 1"), Check("broken law", False, "1 = 2")]))
+
+    assert "1 checks failed" in shown.text
+    assert shown.text.index("broken law") < shown.text.index("Speed of light")
+
+
+@pytest.mark.parametrize("image", [np.full((3, 4), np.nan, np.float32), np.full((3, 4), 3, np.float32)])
+def test_empty_and_constant_pictures_can_be_drawn(image):
+    empty = make_result(shadow=np.zeros((1, 1), np.bool_), maps={"Nothing": image}, histograms=[])
+
+    assert "Nothing" in page(empty).text
+
+
+def test_a_run_without_phases_still_has_a_page():
+    assert "made_up" in page(make_result(statistics=[])).text

@@ -1,0 +1,118 @@
+"""Tables 1 to 4 of Johnson et al. 2004 made of small results; the full size is the slow test."""
+
+import ast
+from pathlib import Path
+
+import pytest
+import yaml
+
+from archsim import resources
+from archsim.config import load_run
+from archsim.reproduce import johnson2004
+from archsim.reproduce.cells import KINDS
+from archsim.reproduce.johnson2004 import ROWS, Row, make_cells
+from archsim.run.result import Statistic
+from tests.run.results import make_result
+
+PRINTED = yaml.safe_load((resources.experiment("johnson2004") / "printed.yaml").read_text())
+
+
+def made_up_row(name: str) -> Row:
+    """A row whose statistics are 1000, 1001, 1002 ... in the order of `names`."""
+    workload = "depth_complexity list_length stencil_width stencil_height grid_fragments_pre_stencil "
+    workload += "grid_fragments_post_stencil framebuffer_fragments_pre_z framebuffer_fragments_post_z"
+    names = [f"workload.{what}" for what in workload.split()]
+    for phase, ratio in (("izb_build", "cycles_per_point"), ("izb_raster", "cycles_per_tri_sample")):
+        names += [f"{phase}.{what}" for what in ("cycles", "frames_per_second", ratio, "useful_percent")]
+    names += [f"izb_build.{cache}.average_miss_cycles" for cache in ("cpu_l1", "l2")]
+    names += [f"izb_raster.{cache}.average_miss_cycles" for cache in ("fragment_l1", "l2")]
+    statistics = [Statistic(each, 1000 + k, "", "") for k, each in enumerate(names)]
+    config = load_run(resources.experiment("johnson2004") / f"{name}.yaml")
+    return Row(config, make_result(statistics=statistics), 1.0)
+
+
+@pytest.fixture(scope="module")
+def cells():
+    return make_cells({name: made_up_row(name) for name in ROWS})
+
+
+def find(cells, table, row, column):
+    (cell,) = [cell for cell in cells if (cell.table, cell.row, cell.column) == (table, row, column)]
+    return cell
+
+
+def test_every_printed_number_has_its_cell(cells):
+    assert [len([cell for cell in cells if cell.table == table]) for table in (1, 2, 3, 4)] == [
+        36,
+        22,
+        12,
+        12,
+    ]
+    assert len({(cell.table, cell.row, cell.column) for cell in cells}) == len(cells)
+    assert {cell.kind for cell in cells} == set(KINDS)
+
+
+def test_printed_and_ours_are_not_mixed_up(cells):
+    cycles = find(cells, 3, "doom_light1", "cycles")
+    assert (cycles.printed, cycles.ours, cycles.kind) == (25805020, 1008, "predicted")
+
+    fragments = find(cells, 1, "knot_light0", "framebuffer_fragments_pre_z")
+    assert (fragments.printed, fragments.ours, fragments.unit) == (3.52, 1006 / 1e6, "million")
+
+    average = find(cells, 2, "L2", "miss_average izb_raster doom_light0")
+    assert (average.printed, average.ours) == ([75, 118], 1019)
+
+
+def test_sizes_are_exact_and_minima_are_measured(cells):
+    exact = [cell for cell in cells if cell.kind == "exact"]
+    assert len(exact) == 12 + 8
+    assert all(cell.error_percent == 0 for cell in exact)
+    assert [find(cells, 2, level, "miss_minimum").ours for level in ("L1", "L2")] == [6, 42]
+
+
+def test_sizes_come_from_the_machine_and_not_from_the_paper():
+    rows = {name: made_up_row(name) for name in ROWS}
+    changed = load_run(
+        resources.experiment("johnson2004") / "doom_light0.yaml", ["machine.components.l2.size=512 KiB"]
+    )
+    rows["doom_light0"] = rows["doom_light0"]._replace(config=changed)
+
+    size = find(make_cells(rows), 2, "L2", "size")
+
+    assert (size.printed, size.ours, size.error_percent) == (256, 512, 100)
+
+
+def test_nothing_printed_is_read_anywhere_else():
+    package = Path(johnson2004.__file__).parents[1]
+    readers = [path.name for path in package.rglob("*.py") if "printed.yaml" in path.read_text()]
+    assert readers == ["johnson2004.py"]
+
+    tree = ast.parse(Path(johnson2004.__file__).read_text())
+    simulating = next(node for node in tree.body if getattr(node, "name", "") == "simulate_row")
+    assert "printed" not in ast.unparse(simulating)
+
+
+def test_both_phases_have_the_caches_of_the_one_row_that_table_2_prints():
+    machine = made_up_row("doom_light0").config.machine.components
+    fields = ("size", "ways", "line", "hit_cycles")
+    assert [getattr(machine["cpu_l1"], f) for f in fields] == [
+        getattr(machine["fragment_l1"], f) for f in fields
+    ]
+
+
+@pytest.mark.parametrize("name", ROWS)
+def test_rows_are_full_size(name):
+    config = made_up_row(name).config
+    assert config.name == name
+    assert list(config.scene.resolution) == PRINTED["resolution"]
+
+
+@pytest.mark.slow
+def test_the_paper_at_full_size():
+    """Every law holds, and what the machine alone decides comes out near the paper."""
+    reproduction = johnson2004.reproduce()
+
+    assert all(row.result.ok for row in reproduction.rows.values())
+    for name in ROWS:
+        per_point = find(reproduction.cells, 3, name, "cycles_per_point")
+        assert abs(per_point.error_percent) < 5
