@@ -115,7 +115,7 @@ def _near(word: str, choices: Iterable[str]) -> str:
     return did_you_mean(word, known) or (f"there are: {', '.join(known)}" if known else "there is none")
 
 
-def _path_down(machine: MachineConfig, name: str) -> list[str]:
+def path_down(machine: MachineConfig, name: str) -> list[str]:
     """Names of the caches from one downwards, each once."""
     path: list[str] = []
     cache = machine.find(name, CacheConfig)
@@ -130,7 +130,7 @@ def _circles(machine: MachineConfig) -> Iterator[Finding]:
     """Caches that lead back to themselves, once for each circle."""
     seen: set[str] = set()
     for name in machine.all_of(CacheConfig):
-        path = _path_down(machine, name)
+        path = path_down(machine, name)
         last = machine.components[path[-1]]
         if isinstance(last, CacheConfig) and last.next == name and name not in seen:
             seen.update(path)
@@ -149,7 +149,7 @@ def _lines(machine: MachineConfig) -> Iterator[Finding]:
 def _core_clocks(machine: MachineConfig) -> Iterator[Finding]:
     """Caches on another clock than the cores above them."""
     for group, core in machine.all_of(CoreConfig).items():
-        for name in _path_down(machine, core.memory):
+        for name in path_down(machine, core.memory):
             cache = machine.find(name, CacheConfig)
             if cache is not None and cache.clock != core.clock:
                 what = f"must be '{core.clock}', the clock of '{group}', not '{cache.clock}'"

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+from archsim.config.components import INTERLEAVED, CacheConfig, CoreConfig, DramConfig, FifoConfig, LocksConfig
+from archsim.config.machine import MachineConfig, path_down
 from archsim.machine.spec import MachineSpec
 from archsim.model.cache.spec import DRAM_PARENT, CacheSpec
 from archsim.model.core.spec import CoreSpec, TaskOrder
@@ -18,118 +20,85 @@ class PhaseMachine(NamedTuple):
     """The part of a machine that plays one phase."""
 
     spec: MachineSpec
-    core_name: str
     cache_names: tuple[str, ...]  # [num_caches] component of each cache; private ones repeat their name
     tick_hertz: int
 
 
-def phase_machine(machine: Any, role: str) -> PhaseMachine:
-    """The components reachable from the cores that play `role`, of a checked MachineConfig."""
-    parts = machine.components
-    hertz = {name: int(clock) for name, clock in machine.clocks.items()}
-    periods = clock_periods(hertz)
-    core_name = getattr(machine.roles, role)
-    core = parts[core_name]
-    caches, names, core_cache = _caches(parts, core)
-    source, fifo = _supply(parts, core)
-    dram = parts[_dram_name(parts, core.memory)]
+def phase_machine(machine: MachineConfig, role: str) -> PhaseMachine:
+    """The components reachable from the cores that play `role`; the machine has been checked."""
+    core = machine.all_of(CoreConfig)[getattr(machine.roles, role)]
+    periods = clock_periods(machine.clocks)
+    levels = path_down(machine, core.memory)
+    dram = machine.all_of(DramConfig)[machine.all_of(CacheConfig)[levels[-1]].next]
+    caches, names = _caches([machine.all_of(CacheConfig)[name] for name in levels], levels, core.count)
+    source, fifo = _supply(machine, core)
+    order = TaskOrder.INTERLEAVED if core.tasks == INTERLEAVED else TaskOrder.FIRST_FREE
+    private = names.count(levels[0]) > 1
     spec = MachineSpec(
-        CoreSpec(core.count, core.threads, periods[core.clock], _task_order(core)),
-        core_cache,
-        LocksSpec(parts[core.locks].count if core.locks else 0),
+        CoreSpec(core.count, core.threads, periods[core.clock], int(order)),
+        tuple(index if private else 0 for index in range(core.count)),
+        LocksSpec(machine.all_of(LocksConfig)[core.locks].count if core.locks else 0),
         source,
         fifo,
         caches,
         _dram(dram, caches[-1].line_bytes, periods[dram.clock]),
     )
-    return PhaseMachine(spec, core_name, names, hertz[core.clock] * periods[core.clock])
+    return PhaseMachine(spec, names, machine.clocks[core.clock] * periods[core.clock])
 
 
-def _task_order(core: Any) -> int:
-    return int(TaskOrder.INTERLEAVED if core.tasks == "interleaved" else TaskOrder.FIRST_FREE)
-
-
-def _supply(parts: Any, core: Any) -> tuple[UnitSpec, FifoSpec]:
+def _supply(machine: MachineConfig, core: CoreConfig) -> tuple[UnitSpec, FifoSpec]:
     """The unit that makes the cores' tasks and the fifo between; an ideal one for tasks assigned beforehand."""
-    if core.tasks == "interleaved":
+    unit = machine.feeder(core.tasks)
+    if unit is None:
         return UnitSpec(0), FifoSpec(1)
-    (unit,) = (part for part in parts.values() if part.kind == "unit" and part.output == core.tasks)
-    return UnitSpec(unit.interval_cycles), FifoSpec(parts[core.tasks].entries)
+    return UnitSpec(unit.interval_cycles), FifoSpec(machine.all_of(FifoConfig)[core.tasks].entries)
 
 
-def _dram_name(parts: Any, name: str) -> str:
-    """The DRAM at the end of the chain that starts with a cache."""
-    while parts[name].kind == "cache":
-        name = parts[name].next
-    return name
+def _caches(
+    levels: list[CacheConfig], level_names: list[str], num_cores: int
+) -> tuple[tuple[CacheSpec, ...], tuple[str, ...]]:
+    """Caches from the cores down, and their component names; a private level has one cache for each core."""
+    counts = [num_cores if level.private else 1 for level in levels]
+    caches: list[CacheSpec] = []
+    names: list[str] = []
+    for k, level in enumerate(levels):
+        below = len(caches) + counts[k]  # index of the next level's first cache
+        for index in range(counts[k]):
+            if k + 1 == len(levels):
+                parent = DRAM_PARENT
+            else:
+                parent = below + (index if counts[k + 1] > 1 else 0)
+            caches.append(_cache(level, parent))
+            names.append(level_names[k])
+    return tuple(caches), tuple(names)
 
 
-def _caches(parts: Any, core: Any) -> tuple[tuple[CacheSpec, ...], tuple[str, ...], tuple[int, ...]]:
-    """Caches, children first, their component names, and the index of the one each core talks to."""
-    levels = []
-    name = core.memory
-    while parts[name].kind == "cache":
-        levels.append((name, core.count if parts[name].private else 1))
-        name = parts[name].next
-    first, caches, names = 0, [], []
-    for level, (name, count) in enumerate(levels):
-        following = first + count
-        for index in range(count):
-            shared = level + 1 < len(levels) and levels[level + 1][1] == 1
-            parent = following if shared else following + index
-            caches.append(_cache(parts[name], parent if level + 1 < len(levels) else DRAM_PARENT))
-            names.append(name)
-        first = following
-    core_cache = tuple(core_index if levels[0][1] > 1 else 0 for core_index in range(core.count))
-    return tuple(caches), tuple(names), core_cache
-
-
-def _cache(part: Any, parent: int) -> CacheSpec:
+def _cache(config: CacheConfig, parent: int) -> CacheSpec:
     return CacheSpec(
-        num_sets=part.size // (part.ways * part.line),
-        num_ways=part.ways,
-        line_bytes=part.line,
-        hit_cycles=part.hit_cycles,
-        num_mshrs=part.mshrs,
-        num_targets=part.targets,
-        num_ports=part.ports,
+        num_sets=config.num_sets,
+        num_ways=config.ways,
+        line_bytes=config.line,
+        hit_cycles=config.hit_cycles,
+        num_mshrs=config.mshrs,
+        num_targets=config.targets,
+        num_ports=config.ports,
         parent=parent,
     )
 
 
-def _dram(part: Any, line_bytes: int, period_ticks: int) -> DramSpec:
-    fields = _address_fields(part, line_bytes)
+def _dram(config: DramConfig, line_bytes: int, period_ticks: int) -> DramSpec:
+    fields = {name: AddressField(*place) for name, place in config.address_fields(line_bytes).items()}
     return DramSpec(
-        num_channels=part.channels,
-        num_banks=part.banks,
+        num_channels=config.channels,
+        num_banks=config.banks,
         period_ticks=period_ticks,
-        burst_beats=part.burst_beats,
-        beat_bytes=part.channel_width,
-        num_queue_entries=part.queue_entries,
-        scheduler=int(Scheduler[part.scheduler.upper()]),
-        max_wait_clocks=part.max_wait_clocks,
+        burst_beats=config.burst_beats,
+        beat_bytes=config.channel_width,
+        num_queue_entries=config.queue_entries,
+        scheduler=int(Scheduler[config.scheduler.upper()]),
+        max_wait_clocks=config.max_wait_clocks,
         channel=fields["channel"],
         bank=fields["bank"],
         row=fields["row"],
-        timing=DramTiming(**{name: getattr(part.timing, name) for name in DramTiming._fields}),
+        timing=DramTiming(**{name: getattr(config.timing, name) for name in DramTiming._fields}),
     )
-
-
-def _address_fields(part: Any, line_bytes: int) -> dict[str, AddressField]:
-    """Bit fields of `row:bank:line:channel:offset`, read from the left, most significant first."""
-    bits = {
-        "offset": _log2(line_bytes),
-        "channel": _log2(part.channels),
-        "line": _log2(part.row_bytes // line_bytes),
-        "bank": _log2(part.banks),
-        "row": _log2(part.rows),
-    }
-    fields, shift = {}, 0
-    for name in reversed(part.address_map.split(":")):
-        fields[name] = AddressField(shift, bits[name])
-        shift += bits[name]
-    return fields
-
-
-def _log2(value: int) -> int:
-    return value.bit_length() - 1

@@ -24,13 +24,16 @@ from archsim.scene.generators import make_mesh
 from archsim.scene.mesh import Mesh, load_mesh
 from archsim.scene.scene import Light, LightView, Scene
 from archsim.shadow.grid import Grid
+from archsim.shadow.izb import in_shadow
 from archsim.shadow.light_view import sample_points
 from archsim.shadow.plain import Method, plan_faces, run_face
-from archsim.shadow.workload import IzbWorkload
+from archsim.shadow.workload import NOTHING, IzbWorkload
 
 PRINTED = yaml.safe_load((Path(__file__).parent / "printed.yaml").read_text())["table1_workload"]
 SCALE = 2  # of the resolution and the grid while searching
 WIDEST_HALF_ANGLE = 65.0
+SHADOWED = (0.15, 0.85)  # share of pixels in shadow: outside, a view would not show what the paper is about
+UNFIT = 100.0  # misfit of a view that will not do
 
 
 class View(NamedTuple):
@@ -143,21 +146,23 @@ def rolled_view(scene: Scene, seen: EyeView, position: np.ndarray, row: dict, ro
     wanted = math.sqrt(across * along / (row["stencil"][0] * row["stencil"][1])) * 1024 / 2
     fovy = 2 * math.degrees(math.atan(max(wanted, furthest * 1.03)))
     light = Light(position, LightView(position + forward, up, fovy))
-    workload = measure(scene, seen, light)
-    return View(scene.camera, light, workload, misfit(workload, row))
+    workload, shadowed = measure(scene, seen, light)
+    will_do = SHADOWED[0] <= shadowed <= SHADOWED[1]
+    return View(scene.camera, light, workload, misfit(workload, row) if will_do else UNFIT)
 
 
-def measure(scene: Scene, seen: EyeView, light: Light) -> IzbWorkload:
-    """Table 1's columns, scaled to the full resolution; nothing if one view does not do."""
+def measure(scene: Scene, seen: EyeView, light: Light) -> tuple[IzbWorkload, float]:
+    """Table 1's columns, scaled to the full resolution, and the share in shadow; nothing if one view does not do."""
     grid = Grid(1024 // SCALE, 1024 // SCALE, 512 // SCALE, 512 // SCALE, 8, 8)
     plans = plan_faces(scene, seen, light, Method(grid, (8, 8), 1 / 64))
     if len(plans) != 1:
-        return IzbWorkload(0, 0, 0, 0, 0, 0, 0, 0)
-    found = run_face(plans[0], grid).workload
+        return NOTHING, 0.0
+    outcome = run_face(plans[0], grid)
+    found = outcome.workload
     counts = IzbWorkload(*(value * SCALE * SCALE for value in found))
-    return counts._replace(
-        stencil_width=found.stencil_width * SCALE, stencil_height=found.stencil_height * SCALE
-    )
+    width, height = found.stencil_width * SCALE, found.stencil_height * SCALE
+    shadowed = float(in_shadow(outcome.z_test, outcome.samples).mean())
+    return counts._replace(stencil_width=width, stencil_height=height), shadowed
 
 
 def columns(workload: IzbWorkload) -> dict[str, float]:
@@ -175,7 +180,7 @@ def columns(workload: IzbWorkload) -> dict[str, float]:
 def printed_columns(row: dict) -> dict[str, float]:
     grid, frame = row["grid_fragments_M"], row["framebuffer_fragments_M"]
     values = [row["list_length"], *row["stencil"], grid["pre"], grid["post"], frame["pre_z"], frame["post_z"]]
-    return dict(zip(columns(IzbWorkload(0, 0, 0, 0, 0, 0, 0, 0)), values, strict=True))
+    return dict(zip(columns(NOTHING), values, strict=True))
 
 
 def misfit(workload: IzbWorkload, row: dict) -> float:
