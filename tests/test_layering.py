@@ -19,7 +19,7 @@ LAYERS = [
     ["model"],
     ["machine", "analysis"],
     ["run"],
-    ["report", "sweep", "reproduce"],
+    ["report", "sweep", "reproduce", "bench"],
     ["cli"],
 ]
 LAYER_OF = {part: layer for layer, parts in enumerate(LAYERS) for part in parts}
@@ -58,6 +58,10 @@ def test_imports_point_down(path):
         if module.startswith("archsim."):
             imported = module.split(".")[1]
             assert LAYER_OF[imported] <= LAYER_OF[part(path)], f"imports {module}"
+
+
+def test_every_part_has_a_layer():
+    assert {part(path) for path in SOURCES} - {"__init__"} <= set(LAYER_OF)
 
 
 def test_numba_has_one_door():

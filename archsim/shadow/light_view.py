@@ -21,7 +21,9 @@ MARGIN_CELLS = 0.05  # samples stay at least this far inside the grid
 AT_LIGHT = (
     2.0**-14
 )  # a sample this near to the light, relative to the way eye - sample - light, counts as lit
-ROUNDING = 2.0**-21  # float32 error of a position on the tangent plane, relative to that way over the light depth
+ROUNDING = (
+    2.0**-21
+)  # float32 error of a position on the tangent plane, relative to that way over the light depth
 NARROWEST = 2.0**12  # a window is at least this many rounding errors wide
 
 

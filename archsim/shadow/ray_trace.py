@@ -1,7 +1,6 @@
 """The image reference: visibility and shadows by ray tracing in float64, sharing nothing with the rasterizer.
 
-Rays meet triangles by Moeller and Trumbore's test ([Moller97]), in a tree of boxes split by their surface
-([Wald07]).
+Rays meet triangles by Moeller and Trumbore's test ([Moller97]), found in the tree of `box_tree.py`.
 
 A pixel is in shadow iff it shows geometry, at point P of triangle T, and
   (a) a triangle other than T meets the open segment from P to the light, or
@@ -19,18 +18,12 @@ import numpy as np
 from archsim.jit import njit
 from archsim.raster.eye_view import EyeView
 from archsim.scene.camera import pixel_rays
-from archsim.scene.mesh import Mesh
 from archsim.scene.scene import Scene
+from archsim.shadow.box_tree import FAR, INNER, STACK, box_entry, build_tree, push_nearer_last
 
 SELF_DISTANCE = 1e-5  # part of the way from P to the light
 _EDGE_SLACK = 1e-12  # barycentric; a ray along a shared edge must not slip through
 _SAME_DEPTH = 1e-12  # relative; rounding does not choose between coplanar triangles
-_BOX_SLACK = 1 + 1e-14  # rounding of the box test must not lose a hit
-_FAR = 1e300  # beyond every hit; a missed box is entered at inf
-_LEAF_TRIANGLES = 4
-INNER = -1
-_HALVING_DEPTH = 60  # from here down nodes are halved: a tree of 2^31 triangles is at most 60 + 31 deep
-_STACK = 96
 
 
 class PrimaryHits(NamedTuple):
@@ -62,77 +55,11 @@ def shadow_mask(scene: Scene, light_index: int, eye_view: EyeView | None = None)
     return shadow
 
 
-class Tree(NamedTuple):
-    """Boxes in boxes. Node n is a leaf, or INNER with the children first[n] and first[n] + 1."""
-
-    low: np.ndarray  # float64 [num_nodes, 3]
-    high: np.ndarray  # float64 [num_nodes, 3]
-    first: np.ndarray  # int64 [num_nodes] first child, or first place in `order`
-    number: np.ndarray  # int64 [num_nodes] triangles of a leaf, or INNER
-    order: np.ndarray  # int64 [num_triangles] triangle indices, those of a leaf side by side
-    corners: np.ndarray  # float64 [num_triangles, 3, 3] by triangle index
-
-
-def build_tree(mesh: Mesh) -> Tree:
-    """The tree of a mesh; one empty leaf for an empty mesh."""
-    corners = np.asarray(mesh.vertices, dtype=np.float64)[mesh.triangles]
-    low, high = corners.min(axis=1), corners.max(axis=1)
-    order = np.arange(len(corners))
-    nodes = [_Node(0, len(corners), 0)]
-    boxes, firsts, counts = [], [], []
-    for node in nodes:  # grows while it is walked
-        part = order[node.start : node.end]
-        boxes.append((low[part].min(axis=0, initial=np.inf), high[part].max(axis=0, initial=-np.inf)))
-        if len(part) <= _LEAF_TRIANGLES:
-            firsts.append(node.start)
-            counts.append(len(part))
-            continue
-
-        middle = node.start + _split(part, low, high, node.depth)
-        firsts.append(len(nodes))
-        counts.append(INNER)
-        nodes.append(_Node(node.start, middle, node.depth + 1))
-        nodes.append(_Node(middle, node.end, node.depth + 1))
-    low_high = np.array(boxes)
-    return Tree(
-        low_high[:, 0].copy(), low_high[:, 1].copy(), np.array(firsts), np.array(counts), order, corners
-    )
-
-
-class _Node(NamedTuple):
-    start: int  # first place in `order`
-    end: int
-    depth: int  # below the root
-
-
-def _split(part: np.ndarray, low: np.ndarray, high: np.ndarray, depth: int) -> int:
-    """Sort triangle indices in place along the axis of greatest extent; return how many go left.
-
-    The sum of (surface x triangles) of both sides decides; in a tree already deep half of them go.
-    """
-    middles = low[part] + high[part]
-    axis = int(np.argmax(np.ptp(middles, axis=0)))
-    part[:] = part[np.argsort(middles[:, axis], kind="stable")]
-    if depth >= _HALVING_DEPTH:
-        return len(part) // 2
-
-    number = np.arange(1, len(part))
-    left = _growing_surface(low[part], high[part])[:-1] * number
-    right = _growing_surface(low[part][::-1], high[part][::-1])[:-1] * number
-    return 1 + int(np.argmin(left + right[::-1]))
-
-
-def _growing_surface(low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Half the surface of the box around the first 1, 2, ... n boxes; [n]."""
-    x, y, z = (np.maximum.accumulate(high) - np.minimum.accumulate(low)).T
-    return np.asarray(x * y + y * z + z * x)
-
-
 @njit
 def _trace_primary(tree, rays, near, depth, triangle):
     """Nearest hit of every pixel's ray, into `depth` and `triangle` [height, width]."""
     origin = (rays.origin[0], rays.origin[1], rays.origin[2])
-    stack = np.empty(_STACK, dtype=np.int64)
+    stack = np.empty(STACK, dtype=np.int64)
     height, width = triangle.shape
     for y in range(height):
         for x in range(width):
@@ -143,7 +70,7 @@ def _trace_primary(tree, rays, near, depth, triangle):
 def _trace_shadows(tree, rays, light, visible, shadow):
     """The rule at the top of this file for every pixel, into `shadow` [height, width]."""
     origin = (rays.origin[0], rays.origin[1], rays.origin[2])
-    stack = np.empty(_STACK, dtype=np.int64)
+    stack = np.empty(STACK, dtype=np.int64)
     height, width = shadow.shape
     for y in range(height):
         for x in range(width):
@@ -168,7 +95,7 @@ def _nearest(tree, origin, direction, near, stack):
     while waiting > 0:
         waiting -= 1
         node = stack[waiting]
-        if _box_entry(tree, node, origin, inverse) > min(depth * (1 + _SAME_DEPTH), _FAR):
+        if box_entry(tree, node, origin, inverse) > min(depth * (1 + _SAME_DEPTH), FAR):
             continue
         first = tree.first[node]
         for place in range(first, first + tree.number[node]):
@@ -177,7 +104,7 @@ def _nearest(tree, origin, direction, near, stack):
             if hit >= near and _is_before(hit, index, depth, triangle):
                 depth, triangle = hit, index
         if tree.number[node] == INNER:
-            waiting = _push_nearer_last(tree, first, (origin, inverse), stack, waiting)
+            waiting = push_nearer_last(tree, first, (origin, inverse), stack, waiting)
     return depth, triangle
 
 
@@ -197,7 +124,7 @@ def _is_blocked(tree, origin, direction, own, stack):
     while waiting > 0:
         waiting -= 1
         node = stack[waiting]
-        if _box_entry(tree, node, origin, inverse) > 1:
+        if box_entry(tree, node, origin, inverse) > 1:
             continue
         first = tree.first[node]
         for place in range(first, first + tree.number[node]):
@@ -208,28 +135,6 @@ def _is_blocked(tree, origin, direction, own, stack):
             stack[waiting], stack[waiting + 1] = first, first + 1
             waiting += 2
     return False
-
-
-@njit
-def _push_nearer_last(tree, first, ray, stack, waiting):
-    """Put the children at `first` on the stack, the one entered earlier on top; the new height."""
-    origin, inverse = ray
-    second_is_nearer = _box_entry(tree, first + 1, origin, inverse) < _box_entry(tree, first, origin, inverse)
-    nearer = first + 1 if second_is_nearer else first
-    stack[waiting], stack[waiting + 1] = 2 * first + 1 - nearer, nearer
-    return waiting + 2
-
-
-@njit
-def _box_entry(tree, node, origin, inverse):
-    """Ray parameter >= 0 at which the ray enters the node's box; inf if it misses the box."""
-    entry, leave = 0.0, np.inf
-    for axis in range(3):
-        one = (tree.low[node, axis] - origin[axis]) * inverse[axis]
-        other = (tree.high[node, axis] - origin[axis]) * inverse[axis]
-        entry = max(entry, min(one, other))
-        leave = min(leave, max(one, other))
-    return entry if entry <= leave * _BOX_SLACK else np.inf
 
 
 @njit

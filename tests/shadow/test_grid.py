@@ -39,9 +39,7 @@ def test_heads_lie_tile_by_tile():
 @given(grids())
 @settings(max_examples=30, deadline=None)
 def test_every_head_has_one_place(grid):
-    places = {
-        head_index(grid, i, j) for i in range(grid.physical_width) for j in range(grid.physical_height)
-    }
+    places = {head_index(grid, i, j) for i in range(grid.physical_width) for j in range(grid.physical_height)}
     assert places == set(range(grid.num_physical_cells))
 
 

@@ -31,7 +31,9 @@ def test_each_sample_is_taken_once_and_lies_in_the_grid(seed):
     assert len(faces) <= 6
     np.testing.assert_array_equal(taken, seen.triangle >= 0)
     for face in faces:
-        samples = place_samples(cut(seen.reciprocal_depth, face.taken, (4, 4)), light_transform(scene, face, (4, 4)))
+        samples = place_samples(
+            cut(seen.reciprocal_depth, face.taken, (4, 4)), light_transform(scene, face, (4, 4))
+        )
         cell = samples.cell[~np.isnan(samples.position[:, 0])]
         assert len(cell) == face.taken.sum()
         assert (cell >= 0).all()
@@ -59,7 +61,9 @@ def test_a_distant_light_needs_one_tight_view():
     scene = facing_quad((0.3, 0.2, 5))
     seen = view_of(scene)
     (face,) = light_faces(scene, seen, scene.lights[0], GRID)
-    samples = place_samples(cut(seen.reciprocal_depth, face.taken, (8, 8)), light_transform(scene, face, (8, 8)))
+    samples = place_samples(
+        cut(seen.reciprocal_depth, face.taken, (8, 8)), light_transform(scene, face, (8, 8))
+    )
     cell = samples.cell[samples.cell[:, 0] >= 0]
     np.testing.assert_array_equal(cell.min(axis=0), (0, 0))
     np.testing.assert_array_equal(cell.max(axis=0), (GRID.logical_width - 1, GRID.logical_height - 1))

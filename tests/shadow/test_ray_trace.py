@@ -10,7 +10,8 @@ from archsim.scene.camera import Camera, pixel_rays
 from archsim.scene.generators import make_mesh
 from archsim.scene.mesh import Mesh, load_mesh
 from archsim.scene.scene import Light, Scene
-from archsim.shadow.ray_trace import INNER, SELF_DISTANCE, build_tree, primary_hits, shadow_mask
+from archsim.shadow.box_tree import INNER, build_tree
+from archsim.shadow.ray_trace import SELF_DISTANCE, primary_hits, shadow_mask
 
 
 def point(*coordinates):

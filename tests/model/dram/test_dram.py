@@ -237,6 +237,15 @@ def test_the_oldest_of_a_bank_decides_its_row(simulate):
     assert counters.cycles == 98 + 200
 
 
+def test_a_row_that_is_wanted_stays_open(simulate):
+    """Bank 0 could be closed for row 1 at 20, but row 0 is wanted by the RD at 33: PRE 37, ACT 54, RD 67."""
+    steps = [[load(ROW0)], [load(ROW1)], [load(ROW0_NEXT)]]
+    counters = simulate(timed(num_threads=3, n_ccd=19), work(*steps))
+
+    assert counters.cycles == 79
+    assert counters.dram_activates.tolist() == [2]
+
+
 def test_channels_work_side_by_side(simulate):
     two = DRAM._replace(num_channels=2, channel=AddressField(shift=3, bits=1))
     counters = simulate(timed(num_threads=2, dram=two), work([load(0)], [load(8)]))
