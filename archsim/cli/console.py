@@ -10,7 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from archsim.report.formats import number, percent, words
-from archsim.report.tables import TableView, grade
+from archsim.report.tables import Line, TableView, grade
 from archsim.reproduce.cells import Cell
 from archsim.run.result import Result
 
@@ -51,7 +51,7 @@ def _wide_table(title: str, view: TableView) -> Table:
         table.add_column("\nerror", justify="right")
     for line in view.lines:
         parts = [part for cell in line.cells for part in _parts(cell)]
-        table.add_row(f"{words(line.column)} [{line.unit}]", line.kind, *parts)
+        table.add_row(_quantity(line), line.kind, *parts)
     return table
 
 
@@ -68,12 +68,16 @@ def _long_table(title: str, view: TableView) -> Table:
         for line in view.lines:
             cell = line.cells[index]
             if cell is not None:
-                table.add_row(f" {words(line.column)} [{line.unit}]", *_parts(cell), cell.kind)
+                table.add_row(Text("  ") + _quantity(line), *_parts(cell), cell.kind)
     return table
 
 
 def _table(title: str) -> Table:
     return Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False)
+
+
+def _quantity(line: Line) -> Text:
+    return Text(f"{words(line.column)} [{line.unit}]")
 
 
 def _parts(cell: Cell | None) -> tuple[str, str, Text]:

@@ -46,7 +46,7 @@ def speed_of_light(shares: Sequence[tuple[str, float]]) -> str:
     labels, values = [label for label, _ in shares], [value for _, value in shares]
     axes.barh(labels, [100.0] * len(shares), color="#EEEEEE", height=0.66)
     bars = axes.barh(labels, values, color=BLUE, height=0.66)
-    axes.bar_label(bars, [f" {value:.1f} %" for value in values])
+    axes.bar_label(bars, [f"{value:.1f} %" for value in values], padding=4)
     axes.set(xlim=(0, 108), xlabel="share of the resource's peak [%]")
     axes.invert_yaxis()
     return _svg(figure, "light")

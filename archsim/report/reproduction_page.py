@@ -35,6 +35,7 @@ def reproduction_report(
         stalls=figures.stall_stack(ran),
         outcomes=figures.shares(_renamed(cache_outcomes, ran), figures.OUTCOMES, "lookups", "caches"),
         dram=figures.shares(_renamed(row_outcomes, ran), figures.OUTCOMES, "requests", "rows"),
+        rows=list(results),
         shadows=[
             (f"{name}: {shadow_caption(r.shadow)}", shadow_uri(r.shadow)) for name, r in results.items()
         ],

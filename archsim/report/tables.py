@@ -11,7 +11,7 @@ GOOD_PERCENT, FAIR_PERCENT = 5.0, 15.0  # largest errors of the first two grades
 
 
 class Line(NamedTuple):
-    """A column of the paper's table."""
+    """A column of the paper's table; one for each kind where its cells are of several."""
 
     column: str
     unit: str
@@ -30,19 +30,21 @@ class TableView(NamedTuple):
 
 
 def tables(paper: Paper, cells: Sequence[Cell]) -> list[TableView]:
-    """The cells arranged as the paper's tables, turned: a line for each of its columns."""
+    """The cells arranged as the paper's tables."""
     views = []
     for number, title in paper.tables.items():
         own = [cell for cell in cells if cell.table == number]
         rows = list(dict.fromkeys(cell.row for cell in own))
-        lines = []
-        for column in dict.fromkeys(cell.column for cell in own):
-            found = {cell.row: cell for cell in own if cell.column == column}
-            any_cell = next(iter(found.values()))
-            kinds = list(dict.fromkeys(cell.kind for cell in found.values()))
-            lines.append(Line(column, any_cell.unit, ", ".join(kinds), [found.get(row) for row in rows]))
+        keys = dict.fromkeys((cell.column, cell.unit, cell.kind) for cell in own)
+        lines = [Line(*key, [_find(own, row, key) for row in rows]) for key in keys]
         views.append(TableView(number, title, rows, lines, paper.notes.get(number, [])))
     return views
+
+
+def _find(cells: Sequence[Cell], row: str, key: tuple[str, str, str]) -> Cell | None:
+    return next(
+        (cell for cell in cells if cell.row == row and (cell.column, cell.unit, cell.kind) == key), None
+    )
 
 
 def grade(error: float | None) -> str:

@@ -27,9 +27,7 @@ class Cell(NamedTuple):
     printed: Printed  # a number, or the [lowest, highest] of a printed range
     ours: int | float
     unit: str
-    error_percent: (
-        float | None
-    )  # ours against printed, signed; against a range, the distance to its nearer end
+    error_percent: float | None  # ours against printed, signed; None where there is no comparison
 
 
 class Paper(NamedTuple):
@@ -51,8 +49,9 @@ class Place(NamedTuple):
 
 
 def make_cell(place: Place, kind: str, printed: Printed, ours: int | float, unit: str) -> Cell:
-    """A cell with its error."""
-    return Cell(*place, kind, printed, ours, unit, error_percent(printed, ours))
+    """A cell with its error, unless it can't be compared."""
+    error = None if kind == NOT_COMPARABLE else error_percent(printed, ours)
+    return Cell(*place, kind, printed, ours, unit, error)
 
 
 def error_percent(printed: Printed, ours: int | float) -> float | None:

@@ -121,6 +121,8 @@ def _cache_statistics(machine: PhaseMachine, counters: Counters, name: str, add:
         "Dirty victims sent to the next level.",
     )
     add(f"{name}.hit_percent", percent(total(counters.cache_hits), accesses), "%", "Hits over accesses.")
+    lookups = counters.cycles * sum(machine.spec.caches[index].num_ports for index in own)
+    add(f"{name}.port_percent", percent(accesses, lookups), "%", "Accesses over what the ports could take.")
     blocked = total(counters.cache_blocked)
     add(
         f"{name}.blocked_cycles",

@@ -43,7 +43,11 @@ def test_four_processors_with_their_own_l1_rasterize(johnson2004):
 def test_the_dram_is_line_interleaved_over_channels(johnson2004):
     dram = phase_machine(johnson2004, "izb_build").spec.dram
     assert (dram.num_channels, dram.num_banks, dram.period_ticks) == (8, 4, 12)
-    assert (dram.channel, dram.bank, dram.row) == (AddressField(7, 3), AddressField(14, 2), AddressField(16, 12))
+    assert (dram.channel, dram.bank, dram.row) == (
+        AddressField(7, 3),
+        AddressField(14, 2),
+        AddressField(16, 12),
+    )
     assert dram.num_channels * dram.beat_bytes * 8 == 256
 
 

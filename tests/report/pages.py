@@ -11,7 +11,7 @@ class Page(HTMLParser):
 
     def __init__(self, html: str):
         super().__init__()
-        self.text, self.tags, self.links, self.ids = "", [], [], []
+        self.text, self.tags, self.loads, self.ids = "", [], [], []
         self._open: list[str] = []
         self.feed(html)
         self.close()
@@ -19,7 +19,8 @@ class Page(HTMLParser):
 
     def handle_starttag(self, tag, attributes):
         self.tags.append(tag)
-        self.links += [value for name, value in attributes if name in _LOADS]
+        links = [value for name, value in attributes if name in _LOADS]
+        self.loads += links if tag != "a" else []
         self.ids += [value for name, value in attributes if name == "id"]
         if tag not in _EMPTY:
             self._open.append(tag)
@@ -40,7 +41,7 @@ class Page(HTMLParser):
 def check_self_contained(html: str) -> Page:
     """The page, after checking that it loads nothing from anywhere and repeats no id."""
     page = Page(html)
-    assert all(link.startswith(("data:", "#")) for link in page.links), page.links
+    assert all(link.startswith(("data:", "#")) for link in page.loads), page.loads
     assert "@import" not in html
     assert "url(http" not in html
     assert "script" not in page.tags

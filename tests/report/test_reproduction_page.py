@@ -30,7 +30,6 @@ def test_the_page_is_whole_and_holds_the_cells():
         "2,020",
         "+1.0 %",
         "75 - 118",
-        "+35.6 %",
     ):
         assert text in page.text, text
     assert page.tags.count("img") == 2  # one shadow a row
@@ -58,3 +57,14 @@ def test_the_summary_counts_by_kind():
 )
 def test_errors_are_graded_by_size(error, expected):
     assert grade(error) == expected
+
+
+def test_cells_of_several_kinds_in_a_column_get_a_line_each():
+    average = make_cell(Place("paper", 2, "L2", "latency"), "predicted", [75, 118], 80, "cycles")
+
+    (_, second) = tables(PAPER, [CELLS[3], average])
+
+    assert [(line.kind, line.cells) for line in second.lines] == [
+        ("not comparable", [CELLS[3], None]),
+        ("predicted", [None, average]),
+    ]

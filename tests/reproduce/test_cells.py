@@ -2,7 +2,7 @@
 
 import pytest
 
-from archsim.reproduce.cells import KINDS, Place, error_percent, make_cell
+from archsim.reproduce.cells import KINDS, NOT_COMPARABLE, Place, error_percent, make_cell
 
 
 @pytest.mark.parametrize(
@@ -30,3 +30,7 @@ def test_a_cell_has_the_fields_that_are_promised():
     fields = "paper table row column kind printed ours unit error_percent"
     assert " ".join(cell._asdict()) == fields
     assert cell.kind in KINDS
+
+
+def test_what_can_t_be_compared_has_no_error():
+    assert make_cell(Place("p", 2, "L1", "miss"), NOT_COMPARABLE, 6, 30, "cycles").error_percent is None

@@ -1,0 +1,104 @@
+"""Whole runs: both models, several light views, nothing to see, and the laws that every run obeys."""
+
+import json
+
+import numpy as np
+import pytest
+
+from archsim.config import load_run
+from archsim.run import simulate
+from archsim.run.progress import silent
+from archsim.scene.scene import load_scene
+from archsim.shadow import ray_trace
+
+TINY = "runs/tiny.yaml"
+SMALL = ["scene.resolution=[32, 24]"]
+
+
+@pytest.fixture(scope="module")
+def tiny():
+    return simulate(load_run(TINY, SMALL))
+
+
+def plain(result):
+    """All that two runs must agree on, as text."""
+    statistics = [(row.name, row.value) for row in result.statistics]
+    return json.dumps([result.summary, statistics, [tuple(check) for check in result.checks]])
+
+
+def test_both_models_give_the_same_result(tiny):
+    reference = simulate(load_run(TINY, [*SMALL, "model=reference"]))
+    assert plain(reference) == plain(tiny)
+    np.testing.assert_array_equal(reference.shadow, tiny.shadow)
+
+
+def test_the_same_run_gives_the_same_result(tiny):
+    assert plain(simulate(load_run(TINY, SMALL))) == plain(tiny)
+
+
+def test_every_law_holds(tiny):
+    assert tiny.checks
+    assert [check for check in tiny.checks if not check.ok] == []
+
+
+def test_statistics_have_one_definition_each(tiny):
+    names = [row.name for row in tiny.statistics]
+    assert len(names) == len(set(names))
+    assert all(row.unit and row.description.endswith(".") for row in tiny.statistics)
+    assert all(np.isfinite(row.value) for row in tiny.statistics)
+
+
+def test_the_mask_is_the_ray_tracers(tiny):
+    traced = ray_trace.shadow_mask(load_scene(load_run(TINY, SMALL).scene), 0)
+    assert traced.any()
+    assert (tiny.shadow != traced).mean() < 0.01
+
+
+def test_a_light_among_the_samples_takes_several_views_and_still_holds_every_law():
+    result = simulate(load_run(TINY, [*SMALL, "scene.lights=[{position: [0.1, -0.3, 0.2]}]"]))
+    assert result.value("workload.light_views") > 1
+    assert result.ok
+    assert result.value("workload.samples") == result.histograms[1].counts.sum()
+
+
+def test_a_picture_of_nothing_costs_nothing():
+    away = ["scene.camera.target=[0, -100, 50]"]
+    result = simulate(load_run(TINY, [*SMALL, *away]))
+    assert result.value("workload.samples") == 0
+    assert result.value("izb_build.cycles") == result.value("izb_raster.cycles") == 0
+    assert result.ok
+    assert not result.shadow.any()
+
+
+def test_tile_order_changes_time_but_not_the_picture(tiny):
+    block = simulate(load_run(TINY, [*SMALL, "workload.tile_order=block"]))
+    np.testing.assert_array_equal(block.shadow, tiny.shadow)
+    assert block.value("izb_build.instructions") == tiny.value("izb_build.instructions")
+    assert block.value("izb_build.cycles") != tiny.value("izb_build.cycles")
+
+
+def test_progress_tells_both_phases_to_the_end():
+    told = {}
+    simulate(load_run(TINY, SMALL), lambda what, done, total: told.__setitem__(what, (done, total)))
+    assert set(told) == {"izb_build", "izb_raster"}
+    assert all(done == total > 0 for done, total in told.values())
+    silent("nothing", 0, 0)
+
+
+def test_a_broken_law_is_seen(tiny, monkeypatch):
+    """Fault seeding: lose one write-back and look for the check that fails."""
+    from archsim.machine import compiled
+    from archsim.run import izb
+
+    def faulty(model, spec, work, progress):
+        counters = compiled.simulate(spec, work, progress)
+        counters.cache_writebacks_in[-1] -= 1
+        return counters
+
+    monkeypatch.setattr(izb, "play", faulty)
+    result = simulate(load_run(TINY, SMALL))
+    assert not result.ok
+    assert {check.name.split(": ")[1] for check in result.checks if not check.ok} == {
+        "lookups",
+        "write-backs into cache 1",
+    }
