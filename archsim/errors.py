@@ -37,7 +37,10 @@ class ArchsimError(Exception):
 
     def __init__(self, problems: Problem | Sequence[Problem]):
         self.problems: list[Problem] = [problems] if isinstance(problems, Problem) else list(problems)
-        super().__init__("\n".join(str(problem) for problem in self.problems))
+        super().__init__(self.problems)  # what copies and other processes make the error from again
+
+    def __str__(self) -> str:
+        return "\n".join(str(problem) for problem in self.problems)
 
 
 class DeadlockError(ArchsimError):

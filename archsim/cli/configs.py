@@ -29,7 +29,7 @@ def show(file: str, overrides: list[str]) -> None:
 
 def find_run(name: str) -> str:
     """The path of a run configuration: `name` itself if it is a file or a path, else that of the packaged run."""
-    if Path(name).exists() or "/" in name or name.endswith((".yaml", ".yml")):
+    if Path(name).is_file() or "/" in name or name.endswith((".yaml", ".yml")):
         return name
     path = resources.config("runs", name)
     if not path.is_file():

@@ -10,6 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from archsim.report.formats import number, percent, words
+from archsim.report.statistics import headlines
 from archsim.report.tables import Line, TableView, grade
 from archsim.reproduce.cells import Cell
 from archsim.run.result import Result
@@ -21,10 +22,11 @@ _COLOURS = {"good": "blue", "fair": "yellow", "poor": "red", "none": "dim"}
 def print_summary(result: Result) -> None:
     """The headline numbers on stdout."""
     table = Table(title=result.name, title_justify="left", show_header=False, pad_edge=False, box=None)
-    table.add_column(overflow="fold")
-    table.add_column(justify="right", overflow="fold")
-    for name, value in result.summary.items():
-        table.add_row(words(name), number(value))
+    table.add_column()
+    table.add_column(justify="right")
+    table.add_column()
+    for item in headlines(result):
+        table.add_row(words(item.label), number(item.value), item.unit)
     Console().print(table)
 
 

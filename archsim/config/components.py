@@ -187,8 +187,9 @@ def _check_timing(timing: TimingConfig) -> list[Finding]:
         found.append(Finding(("n_ras",), f"must be at least n_rcd_read, {timing.n_rcd_read}"))
     if timing.n_rc < timing.n_ras + timing.n_rp:
         found.append(Finding(("n_rc",), f"must be at least n_ras + n_rp, {timing.n_ras + timing.n_rp}"))
-    if 0 < timing.n_refi <= timing.n_rfc:
-        found.append(Finding(("n_refi",), f"must be above n_rfc, {timing.n_rfc}, or 0 for no refresh"))
+    least = 4 * (timing.n_rfc + timing.n_rc)  # or refresh would leave no time to serve a request
+    if 0 < timing.n_refi < least:
+        found.append(Finding(("n_refi",), f"must be at least 4 (n_rfc + n_rc), {least}, or 0 for no refresh"))
     return found
 
 

@@ -4,7 +4,14 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from archsim.config.components import INTERLEAVED, CacheConfig, CoreConfig, DramConfig, FifoConfig, LocksConfig
+from archsim.config.components import (
+    INTERLEAVED,
+    CacheConfig,
+    CoreConfig,
+    DramConfig,
+    FifoConfig,
+    LocksConfig,
+)
 from archsim.config.machine import MachineConfig, path_down
 from archsim.machine.spec import MachineSpec
 from archsim.model.cache.spec import DRAM_PARENT, CacheSpec

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import simpy
 
-from archsim.errors import ArchsimError, DeadlockError, Problem, fail
+from archsim.errors import DeadlockError, Problem, fail
 from archsim.machine.counters import Counters
 from archsim.machine.spec import MachineSpec
 from archsim.model.cache.reference import Cache, Kind
@@ -32,10 +32,7 @@ def simulate(spec: MachineSpec, work: Work, progress: Progress | None = None) ->
     """
     machine = Machine(spec, _all_tasks(work))
     if work.num_tasks > 0:
-        try:
-            machine.env.run(until=machine.env.process(machine.watch(progress)))
-        except ArchsimError as error:
-            raise error.__cause__ or error from None  # SimPy raises a copy of a process's error
+        machine.env.run(until=machine.env.process(machine.watch(progress)))
     return machine.counters()
 
 

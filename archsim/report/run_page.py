@@ -49,8 +49,7 @@ def speed_of_light(ran: list[Phase]) -> list[tuple[str, float]]:
     for phase in ran:
         shares.append((f"{phase.name}: issue", float(phase.values["useful_percent"])))
         for cache in phase.caches:
-            if f"{cache}.port_percent" in phase.values:
-                shares.append((f"{phase.name}: {cache} ports", float(phase.values[f"{cache}.port_percent"])))
+            shares.append((f"{phase.name}: {cache} ports", float(phase.values[f"{cache}.port_percent"])))
         shares.append((f"{phase.name}: DRAM data buses", float(phase.values["dram.bus_percent"])))
     return shares
 

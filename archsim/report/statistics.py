@@ -14,6 +14,7 @@ CACHE_COLUMNS = (
     ("fetches", "fetches"),
     ("writebacks", "write-backs"),
     ("average_miss_cycles", "cycles a miss"),
+    ("port_percent", "ports busy %"),
 )
 DRAM_COLUMNS = (
     ("reads", "reads"),

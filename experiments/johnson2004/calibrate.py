@@ -1,6 +1,6 @@
 """Search camera and lights on the stand-in scenes so that Table 1's workload columns come near the paper's.
 
-Run: python experiments/johnson2004/calibrate.py doom|knot [--tries N] [--seed S]
+Run: python experiments/johnson2004/calibrate.py doom|knot [--tries N] [--steps N] [--seed S]
 
 Only Table 1 is looked at: cycles, latencies and useful cycles never enter. The best views found are printed as YAML
 with the residual of each column. A view is scored at half the resolution on a grid of half the size, which leaves list
@@ -10,6 +10,7 @@ lengths alone and quarters every count.
 from __future__ import annotations
 
 import argparse
+import itertools
 import math
 from pathlib import Path
 from typing import NamedTuple
@@ -45,67 +46,98 @@ class View(NamedTuple):
     misfit: float
 
 
+class Stage(NamedTuple):
+    """A mesh to look at, the rows of Table 1 to come near to, and where lights may stand."""
+
+    mesh: Mesh
+    rows: tuple[str, ...]  # one light each, one camera for all
+    lights: np.ndarray | None  # float64 [n, 3] the level's own, None: anywhere
+    reach: float  # how far from a light a camera is tried
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("scene", choices=["doom", "knot"])
-    parser.add_argument("--tries", type=int, default=2000)
+    parser.add_argument("--tries", type=int, default=300, help="cameras tried at random")
+    parser.add_argument("--steps", type=int, default=300, help="small changes tried on the best one")
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()
-    rng = np.random.default_rng(options.seed)
-    if options.scene == "doom":
+    search(stage_of(options.scene), options.tries, options.steps, np.random.default_rng(options.seed))
+
+
+def stage_of(scene: str) -> Stage:
+    if scene == "doom":
         level = load_mesh("nx_bloodprison_8k9")
         lights = np.load(resources.mesh("nx_bloodprison_8k9"))["lights"][:, :3].astype(float)
-        search_level(level, lights, options.tries, rng)
-    else:
-        search_knot(make_mesh("knot_and_spheres", 0, {}), options.tries, rng)
+        return Stage(level, ("doom_light0", "doom_light1"), lights, 300.0)
+    knot = make_mesh("knot_and_spheres", 0, {})
+    return Stage(knot, ("knot_light0",), None, float(np.ptp(knot.vertices, axis=0).max()) / 4)
 
 
-def search_level(mesh: Mesh, lights: np.ndarray, tries: int, rng: np.random.Generator) -> None:
-    """One camera, two of the level's own lights: rows doom_light0 and doom_light1."""
-    best = math.inf
+def search(stage: Stage, tries: int, steps: int, rng: np.random.Generator) -> None:
+    """Random cameras first, then a walk downhill from the best; every improvement is printed."""
+    best: list[View] = []
     for _ in range(tries):
-        near_light = lights[rng.integers(len(lights))]
-        camera = random_camera(near_light, rng)
-        fitting = [light for light in lights if fits(mesh, camera, light)]
-        if len(fitting) < 2:
-            continue
-        rows = [
-            [fitted_view(mesh, camera, light, PRINTED[row], rng) for light in fitting]
-            for row in ("doom_light0", "doom_light1")
-        ]
-        pairs = [(a, b) for i, a in enumerate(rows[0]) for j, b in enumerate(rows[1]) if i != j]
-        first, second = min(pairs, key=lambda pair: pair[0].misfit + pair[1].misfit)
-        if first.misfit + second.misfit < best:
-            best = first.misfit + second.misfit
-            show("doom_light0", first)
-            show("doom_light1", second)
+        lights = random_lights(stage, rng)
+        best = better(stage, best, evaluated(stage, random_camera(stage, lights, rng), lights, rng))
+    for step in range(steps if best else 0):
+        size = 0.3 * 0.99**step
+        lights = np.array([view.light.position for view in best])
+        if stage.lights is None:
+            lights = lights + size * stage.reach * rng.normal(0, 0.3, lights.shape)
+        best = better(stage, best, evaluated(stage, jittered(best[0].camera, size, rng), lights, rng))
 
 
-def search_knot(mesh: Mesh, tries: int, rng: np.random.Generator) -> None:
-    """One camera, one light anywhere: row knot_light0."""
-    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
-    best = math.inf
-    for _ in range(tries):
-        position = low + (high - low) * rng.uniform(0.05, 0.95, 3)
-        camera = random_camera(
-            low + (high - low) * rng.uniform(0.1, 0.9, 3), rng, float((high - low).max()) / 4
-        )
-        if not fits(mesh, camera, position):
-            continue
-        view = fitted_view(mesh, camera, position, PRINTED["knot_light0"], rng)
-        if view.misfit < best:
-            best = view.misfit
-            show("knot_light0", view)
+def better(stage: Stage, best: list[View], found: list[View]) -> list[View]:
+    """The better of two; an improvement is printed."""
+    if not found or (best and total(found) >= total(best)):
+        return best
+    for row, view in zip(stage.rows, found, strict=True):
+        show(row, view)
+    return found
 
 
-def random_camera(near: np.ndarray, rng: np.random.Generator, reach: float = 300.0) -> Camera:
-    """A camera somewhere near a point, looking anywhere but steeply."""
-    eye = near + rng.uniform(-1, 1, 3) * (reach, reach, reach / 3)
+def total(views: list[View]) -> float:
+    return sum(view.misfit for view in views)
+
+
+def evaluated(stage: Stage, camera: Camera, lights: np.ndarray, rng: np.random.Generator) -> list[View]:
+    """The best view of each row, every row with a light of its own; empty if there are too few fitting lights."""
+    fitting = [light for light in lights if fits(stage.mesh, camera, light)]
+    if len(fitting) < len(stage.rows):
+        return []
+    views = [
+        [fitted_view(stage.mesh, camera, light, PRINTED[row], rng) for light in fitting] for row in stage.rows
+    ]
+    choices = itertools.permutations(range(len(fitting)), len(stage.rows))
+    picked = ([row[light] for row, light in zip(views, choice, strict=True)] for choice in choices)
+    return min(picked, key=total)
+
+
+def random_lights(stage: Stage, rng: np.random.Generator) -> np.ndarray:
+    """Candidate positions float64 [n, 3]."""
+    if stage.lights is not None:
+        return stage.lights
+    low, high = stage.mesh.vertices.min(axis=0), stage.mesh.vertices.max(axis=0)
+    return low + (high - low) * rng.uniform(0.05, 0.95, (len(stage.rows), 3))
+
+
+def random_camera(stage: Stage, lights: np.ndarray, rng: np.random.Generator) -> Camera:
+    """A camera somewhere near a light, looking anywhere but steeply."""
+    eye = lights[rng.integers(len(lights))] + rng.uniform(-1, 1, 3) * stage.reach * (1, 1, 1 / 3)
     yaw, pitch = rng.uniform(0, 2 * math.pi), rng.uniform(-0.6, 0.3)
     forward = np.array([math.cos(yaw) * math.cos(pitch), math.sin(yaw) * math.cos(pitch), math.sin(pitch)])
-    return Camera(
-        eye, eye + forward * reach, np.array([0.0, 0.0, 1.0]), float(rng.uniform(45, 90)), reach / 150
-    )
+    target = eye + forward * stage.reach
+    return Camera(eye, target, np.array([0.0, 0.0, 1.0]), float(rng.uniform(45, 90)), stage.reach / 150)
+
+
+def jittered(camera: Camera, size: float, rng: np.random.Generator) -> Camera:
+    """A camera a little beside another one."""
+    length = float(np.linalg.norm(camera.target - camera.eye))
+    eye = camera.eye + size * length * rng.normal(0, 0.3, 3)
+    target = camera.target + size * length * rng.normal(0, 0.3, 3)
+    fovy = float(np.clip(camera.fovy_degrees + size * rng.normal(0, 10), 40, 95))
+    return camera._replace(eye=eye, target=target, fovy_degrees=fovy)
 
 
 def fits(mesh: Mesh, camera: Camera, light: np.ndarray) -> bool:

@@ -43,6 +43,8 @@ def archsim_(*arguments, exit_code=0):
 
 
 def test_a_run_leaves_a_folder_and_says_where(simulated):
+    Path("tiny").mkdir()  # a folder of that name doesn't hide the packaged run
+
     result = archsim_("run", "tiny")
 
     assert load_folder(Path("runs/made_up")).manifest["seed"] == 0

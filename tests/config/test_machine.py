@@ -87,7 +87,7 @@ def test_address_fields_start_at_the_lowest_bits():
             "must end with offset: a request stays in one row",
         ),
         (C + "dram.timing.n_rc=13", "must be at least n_ras + n_rp, 14"),
-        (C + "dram.timing.n_refi=20", "must be above n_rfc, 20, or 0 for no refresh"),
+        (C + "dram.timing.n_refi=135", "must be at least 4 (n_rfc + n_rc), 136, or 0 for no refresh"),
         (C + "dram.timing.n_ras=3", "must be at least n_rcd_read, 4"),
         (C + "dram.timing.n_ccd=3", "must be at least the clocks of a burst's data, 4"),
         (
@@ -116,7 +116,7 @@ def test_what_does_not_fit_is_said(problems, override, message):
     [
         C + "l2={base: l2.yaml, ways: 16}",  # one set
         C + "builder_l1.private=false",
-        C + "dram.timing.n_refi=21",
+        C + "dram.timing.n_refi=136",
         C + "dram.address_map=channel:row:bank:line:offset",
         "clocks.memory=700 MHz",
     ],

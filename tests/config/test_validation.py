@@ -67,7 +67,8 @@ def test_all_problems_come_at_once_in_the_order_of_the_text(write, problems):
         "run.yaml:23:10: machine.components.bar: must be a mapping of keys, not 5",
         "run.yaml:24:5: missing key 'machine.components.baz.kind'",
         "run.yaml:25:5: machine.components.b.c: must be a name of letters, digits, '_' and '-', not 'b.c'",
-        "run.yaml:26:29: machine.components.dram.timing.n_refi: must be above n_rfc, 20, or 0 for no refresh",
+        "run.yaml:26:29: machine.components.dram.timing.n_refi: must be at least 4 (n_rfc + n_rc), 92, "
+        "or 0 for no refresh",
         "run.yaml:26:38: machine.components.dram.timing.n_rc: must be at least n_ras + n_rp, 14",
         "run.yaml:26:53: machine.components.dram.scheduler: must be fcfs or fr_fcfs, not 'fifo'",
     ]

@@ -33,7 +33,11 @@ def executed(scene, method, block=False):
         cells = grid_fragments(plan, izb_memory.stencil(memory, method.grid), method.grid)
         out = [np.empty(0, np.int64)], [np.empty(0, np.float32)]
         work = raster_work(
-            memory, method.grid, plan.occluders, cells, lambda s, d, out=out: (out[0].append(s), out[1].append(d))
+            memory,
+            method.grid,
+            plan.occluders,
+            cells,
+            lambda s, d, out=out: (out[0].append(s), out[1].append(d)),
         )
         list(work.chunks)
         yield plan, memory, expected, np.concatenate(out[0]), np.concatenate(out[1]), build
@@ -57,7 +61,7 @@ def test_equal_to_the_plain_algorithm(method, seed, block):
 
 
 def test_the_build_does_the_same_work_for_every_pair():
-    """[Johnson04] table 3: useful cycles per point are the same in all scenes; 39 instructions a pair and one a tile."""
+    """[Johnson04] table 3: useful cycles per point are equal in all scenes; 39 instructions a pair, one a tile."""
     for seed in range(3):
         for plan, _, _, _, _, chunks in executed(soup(seed), METHODS[0]):
             for tasks in chunks:

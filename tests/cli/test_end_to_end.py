@@ -1,0 +1,76 @@
+"""The installed command on the smallest run, as a user starts it."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+ARCHSIM = Path(sys.executable).with_name("archsim")
+
+
+def archsim_(folder, *arguments):
+    return subprocess.run([ARCHSIM, *arguments], cwd=folder, capture_output=True, text=True, check=False)
+
+
+def test_both_models_and_a_repetition_give_the_same_result(tmp_path):
+    first = archsim_(tmp_path, "run", "tiny", "--json")
+    again = archsim_(tmp_path, "run", "tiny", "--json")
+    reference = archsim_(tmp_path, "run", "tiny", "--model", "reference", "--json")
+
+    assert [run.returncode for run in (first, again, reference)] == [0, 0, 0], first.stderr
+    assert first.stdout == again.stdout == reference.stdout
+    assert all(check["ok"] for check in json.loads(first.stdout)["checks"])
+    folders = sorted(path.name for path in (tmp_path / "runs").iterdir())
+    assert folders == ["tiny", "tiny-2", "tiny-3"]
+    shadows = [np.load(tmp_path / "runs" / name / "shadow.npy") for name in folders]
+    assert 0 < shadows[0].sum() < shadows[0].size
+    for name in ("result.json", "shadow.npy", "shadow.png"):
+        assert len({(tmp_path / "runs" / folder / name).read_bytes() for folder in folders}) == 1
+
+
+def test_the_resolved_configuration_repeats_the_run(tmp_path):
+    first = archsim_(tmp_path, "run", "tiny", "--json", "--out", "first")
+    again = archsim_(tmp_path, "run", "first/config.yaml", "--json", "--out", "again")
+
+    assert again.stdout == first.stdout
+
+
+@pytest.mark.parametrize("signal_number", [signal.SIGKILL, signal.SIGINT])
+def test_a_run_killed_midway_leaves_nothing(tmp_path, signal_number):
+    command = [ARCHSIM, "run", "izb_knot"]
+    with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        time.sleep(1.5)
+        os.kill(process.pid, signal_number)
+        process.communicate(timeout=60)
+
+    assert process.returncode in (-signal.SIGKILL, -signal.SIGINT, 130)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_bad_input_ends_with_2_and_no_traceback(tmp_path):
+    result = archsim_(tmp_path, "run", "tiny", "--set", "machine.components.l2.size=3000 B")
+
+    assert result.returncode == 2
+    assert "machine.components.l2.size" in result.stderr
+    assert "Traceback" not in result.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_reader_that_has_seen_enough_is_no_error(tmp_path):
+    result = subprocess.run(
+        f"{ARCHSIM} asm izb_build | head -n 1",
+        shell=True,
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+
+    assert result.stdout.strip() == "!!VP2.0"
+    assert result.stderr == ""
