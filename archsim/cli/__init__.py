@@ -1,8 +1,13 @@
 """The command line. `archsim --help` says what there is; everything slow is imported by the verb that needs it."""
 
+import sys
+
 
 def main() -> None:
     """The entry point of the `archsim` command."""
-    from archsim.cli.app import app
+    try:
+        from archsim.cli.app import app
 
-    app()
+        app()
+    except KeyboardInterrupt:  # before the verb has begun
+        sys.exit(130)

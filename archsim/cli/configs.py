@@ -28,12 +28,19 @@ def show(file: str, overrides: list[str]) -> None:
 
 
 def find_run(name: str) -> str:
-    """The path of a run configuration: `name` itself if it is a file or a path, else that of the packaged run."""
-    if Path(name).is_file() or "/" in name or name.endswith((".yaml", ".yml")):
+    """The path of a run configuration: `name` itself if it is a path, else that of the packaged run.
+
+    Paths from the top of the project, such as configs/runs/tiny.yaml, work everywhere.
+    """
+    if Path(name).is_file():
         return name
+    if "/" in name or name.endswith((".yaml", ".yml")):
+        packaged = resources.root() / name
+        return str(packaged) if packaged.is_file() else name
+
     path = resources.config("runs", name)
     if not path.is_file():
-        packaged = sorted(file.stem for file in path.parent.glob("*.yaml"))
-        hint = did_you_mean(name, packaged) or f"packaged runs: {', '.join(packaged)}"
+        names = sorted(file.stem for file in path.parent.glob("*.yaml"))
+        hint = did_you_mean(name, names) or f"packaged runs: {', '.join(names)}"
         raise fail(f"no file and no packaged run '{name}'", hint=hint)
     return str(path)

@@ -53,6 +53,7 @@ class Stage(NamedTuple):
     rows: tuple[str, ...]  # one light each, one camera for all
     lights: np.ndarray | None  # float64 [n, 3] the level's own, None: anywhere
     reach: float  # how far from a light a camera is tried
+    fewest_visible: int  # triangles that a picture must show, or it is of a bare wall
 
 
 def main() -> None:
@@ -69,9 +70,9 @@ def stage_of(scene: str) -> Stage:
     if scene == "doom":
         level = load_mesh("nx_bloodprison_8k9")
         lights = np.load(resources.mesh("nx_bloodprison_8k9"))["lights"][:, :3].astype(float)
-        return Stage(level, ("doom_light0", "doom_light1"), lights, 300.0)
+        return Stage(level, ("doom_light0", "doom_light1"), lights, 300.0, 250)
     knot = make_mesh("knot_and_spheres", 0, {})
-    return Stage(knot, ("knot_light0",), None, float(np.ptp(knot.vertices, axis=0).max()) / 4)
+    return Stage(knot, ("knot_light0",), None, float(np.ptp(knot.vertices, axis=0).max()) / 4, 1500)
 
 
 def search(stage: Stage, tries: int, steps: int, rng: np.random.Generator) -> None:
@@ -103,7 +104,7 @@ def total(views: list[View]) -> float:
 
 def evaluated(stage: Stage, camera: Camera, lights: np.ndarray, rng: np.random.Generator) -> list[View]:
     """The best view of each row, every row with a light of its own; empty if there are too few fitting lights."""
-    fitting = [light for light in lights if fits(stage.mesh, camera, light)]
+    fitting = [light for light in lights if fits(stage, camera, light)]
     if len(fitting) < len(stage.rows):
         return []
     views = [
@@ -140,11 +141,14 @@ def jittered(camera: Camera, size: float, rng: np.random.Generator) -> Camera:
     return camera._replace(eye=eye, target=target, fovy_degrees=fovy)
 
 
-def fits(mesh: Mesh, camera: Camera, light: np.ndarray) -> bool:
+def fits(stage: Stage, camera: Camera, light: np.ndarray) -> bool:
     """Whether every pixel shows the front of something, not too near, and one view of the light holds it all."""
-    scene = Scene(mesh, camera, (), 80, 64, "probe")
+    mesh = stage.mesh
+    scene = Scene(mesh, camera, (), 160, 128, "probe")
     view = eye_view(mesh, camera, scene.width, scene.height)
     if (view.triangle < 0).any() or np.median(1 / view.reciprocal_depth) < 20 * camera.near:
+        return False
+    if len(np.unique(view.triangle)) < stage.fewest_visible:
         return False
     corners = mesh.vertices[mesh.triangles[view.triangle.ravel()]].astype(float)
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

@@ -53,6 +53,13 @@ def test_a_run_leaves_a_folder_and_says_where(simulated):
     assert [config.model for config in simulated] == ["compiled"]
 
 
+@pytest.mark.parametrize("name", ["tiny", "runs/tiny.yaml", "configs/runs/tiny.yaml"])
+def test_packaged_runs_are_found_from_everywhere(simulated, name):
+    archsim_("run", name)
+
+    assert [config.name for config in simulated] == ["tiny"]
+
+
 def test_json_is_the_only_output(simulated):
     result = archsim_("run", "tiny", "--json", "--out", "there")
 
