@@ -171,7 +171,7 @@ def _average_cells(rows: dict[str, Row], level: str, printed: Printed) -> list[C
             caches = dict.fromkeys(phase_machine(row.config.machine, phase).cache_names)
             cache = dict(zip(("L1", "L2"), caches, strict=True))[level]
             ours = row.result.value(f"{phase}.{cache}.average_miss_cycles")
-            place = Place(ID, 2, level, f"miss_average {phase} {name}")
+            place = Place(ID, 2, level, f"miss_average {phase.removeprefix('izb_')} {name}")
             cells.append(make_cell(place, kind, printed, ours, "cycles"))
     return cells
 

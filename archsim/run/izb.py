@@ -51,7 +51,7 @@ class FaceResult(NamedTuple):
 def simulate_izb(config: Any, progress: Progress) -> Result:
     """Build and rasterize the irregular z-buffer of one light; `config` is a checked RunConfig."""
     scene = load_scene(config.scene)
-    method = _method(config.workload)
+    method = method_of(config.workload)
     machines = Machines(
         phase_machine(config.machine, BUILD), phase_machine(config.machine, RASTER), config.model
     )
@@ -62,7 +62,8 @@ def simulate_izb(config: Any, progress: Progress) -> Result:
     return _result(config.name, scene, (plans, faces), method.grid, machines)
 
 
-def _method(workload: Any) -> Method:
+def method_of(workload: Any) -> Method:
+    """The algorithm's choices in a checked workload section."""
     sizes = (*workload.logical_grid, *workload.physical_grid, *workload.grid_tile)
     return Method(Grid(*sizes), tuple(workload.pixel_tile), workload.depth_offset_cells)
 

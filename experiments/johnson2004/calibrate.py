@@ -72,7 +72,7 @@ def stage_of(scene: str) -> Stage:
         lights = np.load(resources.mesh("nx_bloodprison_8k9"))["lights"][:, :3].astype(float)
         return Stage(level, ("doom_light0", "doom_light1"), lights, 300.0, 250)
     knot = make_mesh("knot_and_spheres", 0, {})
-    return Stage(knot, ("knot_light0",), None, float(np.ptp(knot.vertices, axis=0).max()) / 4, 1500)
+    return Stage(knot, ("knot_light0",), None, float(np.ptp(knot.vertices, axis=0).max()) / 4, 400)
 
 
 def search(stage: Stage, tries: int, steps: int, rng: np.random.Generator) -> None:
