@@ -1,4 +1,4 @@
-"""What is shipped: package data, the wheel's layout, the commands of the Makefile, and a README that tells the truth."""
+"""What is shipped: package data, the wheel, the commands of the Makefile, and a README that tells the truth."""
 
 import os
 import re
@@ -99,7 +99,12 @@ def test_the_outputs_in_the_readme_are_real(tmp_path, command, output):
     program = Path(sys.executable).with_name("archsim")
 
     done = subprocess.run(
-        [program, *words[1:]], cwd=tmp_path, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False
+        [program, *words[1:]],
+        cwd=tmp_path,
+        text=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        check=False,
     )
 
     assert [line.rstrip() for line in done.stdout.splitlines()] == output.splitlines()

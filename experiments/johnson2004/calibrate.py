@@ -80,13 +80,13 @@ def search(stage: Stage, tries: int, steps: int, rng: np.random.Generator) -> No
     best: list[View] = []
     for _ in range(tries):
         lights = random_lights(stage, rng)
-        best = better(stage, best, evaluated(stage, random_camera(stage, lights, rng), lights, rng))
+        best = better(stage, best, evaluated(stage, random_camera(stage, lights, rng), lights))
     for step in range(steps if best else 0):
         size = 0.3 * 0.99**step
         lights = np.array([view.light.position for view in best])
         if stage.lights is None:
             lights = lights + size * stage.reach * rng.normal(0, 0.3, lights.shape)
-        best = better(stage, best, evaluated(stage, jittered(best[0].camera, size, rng), lights, rng))
+        best = better(stage, best, evaluated(stage, jittered(best[0].camera, size, rng), lights))
 
 
 def better(stage: Stage, best: list[View], found: list[View]) -> list[View]:
@@ -102,13 +102,13 @@ def total(views: list[View]) -> float:
     return sum(view.misfit for view in views)
 
 
-def evaluated(stage: Stage, camera: Camera, lights: np.ndarray, rng: np.random.Generator) -> list[View]:
+def evaluated(stage: Stage, camera: Camera, lights: np.ndarray) -> list[View]:
     """The best view of each row, every row with a light of its own; empty if there are too few fitting lights."""
     fitting = [light for light in lights if fits(stage, camera, light)]
     if len(fitting) < len(stage.rows):
         return []
     views = [
-        [fitted_view(stage.mesh, camera, light, PRINTED[row], rng) for light in fitting] for row in stage.rows
+        [fitted_view(stage.mesh, camera, light, PRINTED[row]) for light in fitting] for row in stage.rows
     ]
     choices = itertools.permutations(range(len(fitting)), len(stage.rows))
     picked = ([row[light] for row, light in zip(views, choice, strict=True)] for choice in choices)
@@ -161,30 +161,54 @@ def fits(stage: Stage, camera: Camera, light: np.ndarray) -> bool:
     )
 
 
-def fitted_view(mesh: Mesh, camera: Camera, light: np.ndarray, row: dict, rng: np.random.Generator) -> View:
-    """The best of a few rolls of the light view, its field of view chosen for the extent of the stencil."""
+def fitted_view(mesh: Mesh, camera: Camera, light: np.ndarray, row: dict) -> View:
+    """The light view whose roll and field of view give the stencil about the printed extent."""
     scene = Scene(mesh, camera, (), 1280 // SCALE, 1024 // SCALE, "search")
     seen = eye_view(mesh, camera, scene.width, scene.height)
-    views = [rolled_view(scene, seen, light, row, roll) for roll in rng.uniform(0, math.pi, 3)]
-    return min(views, key=lambda view: view.misfit)
+    directions = unit((sample_points(scene, seen) - light)[::8, ::8].reshape(-1, 3))
+    aspect = row["stencil"][0] / row["stencil"][1]
+    frames = [centred_frame(directions, roll) for roll in np.linspace(0, math.pi, 24, endpoint=False)]
+    side, up, forward = min(frames, key=lambda frame: abs(math.log(aspect_of(directions, frame) / aspect)))
+
+    across, along = extent(directions, (side, up, forward))
+    wanted = math.sqrt(across * along / (row["stencil"][0] * row["stencil"][1])) * 1024 / 2
+    fovy = 2 * math.degrees(math.atan(max(wanted, 0.51 * max(across, along))))
+    view = Light(light, LightView(light + forward, up, fovy))
+    workload, shadowed = measure(scene, seen, view)
+    will_do = SHADOWED[0] <= shadowed <= SHADOWED[1]
+    return View(camera, view, workload, misfit(workload, row) if will_do else UNFIT)
 
 
-def rolled_view(scene: Scene, seen: EyeView, position: np.ndarray, row: dict, roll: float) -> View:
-    """The light view with a given roll, aimed at the middle of the samples."""
-    directions = unit((sample_points(scene, seen) - position)[::8, ::8].reshape(-1, 3))
+Frame = tuple[np.ndarray, np.ndarray, np.ndarray]  # side, up, forward
+
+
+def centred_frame(directions: np.ndarray, roll: float) -> Frame:
+    """A frame with a given roll in which the directions spread equally to both sides of the middle."""
     forward = unit(directions.mean(axis=0))
     right = unit(np.cross(forward, np.eye(3)[np.argmin(np.abs(forward))]))
-    up = math.cos(roll) * right + math.sin(roll) * np.cross(right, forward)
-    side = np.cross(forward, up)
-    depth = directions @ forward
-    across, along = np.ptp(directions @ side / depth), np.ptp(directions @ up / depth)
-    furthest = max(np.abs(directions @ side / depth).max(), np.abs(directions @ up / depth).max())
-    wanted = math.sqrt(across * along / (row["stencil"][0] * row["stencil"][1])) * 1024 / 2
-    fovy = 2 * math.degrees(math.atan(max(wanted, furthest * 1.03)))
-    light = Light(position, LightView(position + forward, up, fovy))
-    workload, shadowed = measure(scene, seen, light)
-    will_do = SHADOWED[0] <= shadowed <= SHADOWED[1]
-    return View(scene.camera, light, workload, misfit(workload, row) if will_do else UNFIT)
+    for _ in range(3):  # turning the frame changes the spread a little
+        up = unit(math.cos(roll) * right + math.sin(roll) * np.cross(right, forward))
+        side = np.cross(forward, up)
+        x, y = tangents(directions, (side, up, forward))
+        forward = unit(forward + 0.5 * (x.min() + x.max()) * side + 0.5 * (y.min() + y.max()) * up)
+        right = unit(right - (right @ forward) * forward)
+    up = unit(up - (up @ forward) * forward)
+    return np.cross(forward, up), up, forward
+
+
+def tangents(directions: np.ndarray, frame: Frame) -> tuple[np.ndarray, np.ndarray]:
+    depth = directions @ frame[2]
+    return directions @ frame[0] / depth, directions @ frame[1] / depth
+
+
+def extent(directions: np.ndarray, frame: Frame) -> tuple[float, float]:
+    x, y = tangents(directions, frame)
+    return float(np.ptp(x)), float(np.ptp(y))
+
+
+def aspect_of(directions: np.ndarray, frame: Frame) -> float:
+    across, along = extent(directions, frame)
+    return across / along
 
 
 def measure(scene: Scene, seen: EyeView, light: Light) -> tuple[IzbWorkload, float]:
