@@ -17,6 +17,7 @@ from archsim.machine.play import play
 from archsim.raster.eye_view import eye_view
 from archsim.run.izb_figures import fragment_histogram, fragments_of_samples, list_histogram, list_map
 from archsim.run.izb_statistics import BUILD, RASTER, paper_ratios, summary, workload_statistics
+from archsim.run.izb_work import method_of
 from archsim.run.metrics import phase_checks, phase_statistics
 from archsim.run.progress import Progress
 from archsim.run.result import Check, Result
@@ -24,7 +25,7 @@ from archsim.scene.scene import Scene, load_scene
 from archsim.shadow import izb
 from archsim.shadow.grid import Grid
 from archsim.shadow.pixel_tiles import untile
-from archsim.shadow.plain import FacePlan, Method, Outcome, grid_fragments, plan_faces, run_face
+from archsim.shadow.plain import FacePlan, Outcome, grid_fragments, plan_faces, run_face
 from archsim.shadow.workload import NOTHING, combined
 from archsim.trace.records import Tasks, num_instructions
 from archsim.trace.stream import Work
@@ -60,12 +61,6 @@ def simulate_izb(config: Any, progress: Progress) -> Result:
     block = config.workload.tile_order == "block"
     faces = [_simulate_face(plan, method.grid, machines, block, progress) for plan in plans]
     return _result(config.name, scene, (plans, faces), method.grid, machines)
-
-
-def method_of(workload: Any) -> Method:
-    """The algorithm's choices in a checked workload section."""
-    sizes = (*workload.logical_grid, *workload.physical_grid, *workload.grid_tile)
-    return Method(Grid(*sizes), tuple(workload.pixel_tile), workload.depth_offset_cells)
 
 
 def _simulate_face(

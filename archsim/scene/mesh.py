@@ -10,6 +10,7 @@ import numpy as np
 
 from archsim import resources
 from archsim.errors import ArchsimError, Location, did_you_mean, fail
+from archsim.scene.mesh_files import MeshProblem, read_with_trimesh
 
 
 class Mesh(NamedTuple):
@@ -32,18 +33,12 @@ def load_mesh(source: str, where: Location | None = None) -> Mesh:
         if path.suffix.lower() == ".npz":
             vertices, triangles = _read_npz(path)
         else:
-            from archsim.scene.mesh_files import read_with_trimesh
-
             vertices, triangles = read_with_trimesh(path)
         return checked_mesh(vertices, triangles)
     except MeshProblem as problem:
         raise fail(f"mesh '{path}': {problem}", where) from problem
     except OSError as problem:
         raise fail(f"mesh '{path}' cannot be read: {problem.strerror or problem}", where) from problem
-
-
-class MeshProblem(Exception):
-    """What is wrong with a mesh; `load_mesh` adds the file's name and the place that asked for it."""
 
 
 def checked_mesh(vertices: np.ndarray, triangles: np.ndarray) -> Mesh:

@@ -1,4 +1,4 @@
-"""Reading .ply, .obj, .stl and .glb with trimesh. Kept apart so that packaged meshes never import trimesh."""
+"""Reading .ply, .obj, .stl and .glb with trimesh, which is only loaded when such a file is read."""
 
 from __future__ import annotations
 
@@ -6,9 +6,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import trimesh
-
-from archsim.scene.mesh import MeshProblem
 
 # Nothing is merged or reordered, an .obj is one mesh, and material files beside it are not looked at.
 _READER_OPTIONS: dict[str, Any] = {
@@ -20,11 +17,17 @@ _READER_OPTIONS: dict[str, Any] = {
 }
 
 
+class MeshProblem(Exception):
+    """What is wrong with a mesh; `load_mesh` adds the file's name and the place that asked for it."""
+
+
 def read_with_trimesh(path: Path) -> tuple[np.ndarray, np.ndarray]:
     """Vertices float [n, 3] and triangles int [m, 3] of all meshes in the file, scene transforms applied.
 
     Nothing is merged, moved or dropped; polygons are cut into triangles.
     """
+    import trimesh
+
     try:
         loaded = trimesh.load_scene(path, **_READER_OPTIONS)
         parts = loaded.dump() if loaded.geometry else []
