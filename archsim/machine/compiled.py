@@ -10,8 +10,9 @@ import numpy as np
 from archsim.errors import ArchsimError, DeadlockError, Problem, fail
 from archsim.machine.counters import STALL_NO_WORK, STALL_SUPPLIER, Counters
 from archsim.machine.loading import load_next, nothing_loaded
-from archsim.machine.loop import ANSWER, BAD_UNLOCK, NEEDS_ROOM, NEEDS_TASKS, RUN, Machine, State, play
+from archsim.machine.loop import BAD_UNLOCK, NEEDS_ROOM, NEEDS_TASKS, play
 from archsim.machine.spec import MachineSpec
+from archsim.machine.state import ANSWER, RUN, Machine, State
 from archsim.model.cache.compiled import (
     HIT,
     MERGE,
@@ -24,10 +25,11 @@ from archsim.model.cache.compiled import (
     new_caches,
 )
 from archsim.model.cache.spec import DRAM_PARENT
+from archsim.model.compiled import NEVER, grown, new_queues
 from archsim.model.core.compiled import NO_TASK, new_cores
 from archsim.model.core.spec import TaskOrder
 from archsim.model.dram.compiled import DRAM_COUNTERS, new_dram
-from archsim.model.fifo.compiled import NEVER, grown, new_fifo, new_queues
+from archsim.model.fifo.compiled import new_fifo
 from archsim.model.locks.compiled import new_locks
 from archsim.model.unit.compiled import new_source
 from archsim.trace.records import Op
@@ -104,7 +106,7 @@ def _check(spec: MachineSpec) -> None:
 
 def _initial_state(spec: MachineSpec, machine: Machine, num_tasks: int) -> State:
     """Tick 0: all threads ready without a task, caches and queues empty, no task loaded."""
-    num_caches, num_channels = len(spec.caches), spec.dram.num_channels
+    num_caches = len(spec.caches)
     num_threads = spec.core.num_cores * spec.core.num_threads
     num_mshrs = sum(cache.num_mshrs for cache in spec.caches)
     longest_wake = max((cache.hit_cycles for cache in spec.caches), default=1)
@@ -125,7 +127,7 @@ def _initial_state(spec: MachineSpec, machine: Machine, num_tasks: int) -> State
         fifo=fifo,
         cache=new_caches(machine.caches, queue_capacity),
         dram=new_dram(machine.dram, queue_capacity),
-        answers=new_queues(num_caches + num_channels, num_mshrs + 1, ANSWER),
+        answers=new_queues(2, num_mshrs + 1, ANSWER),
         filling=np.zeros(num_mshrs + 1, np.int64),
         tasks=nothing_loaded(num_tasks),
         run=run,
@@ -164,7 +166,8 @@ def _bad_unlock(state: State) -> ArchsimError:
 def _deadlock(spec: MachineSpec, state: State) -> DeadlockError:
     """What every unfinished thread waits for."""
     what = [
-        _waits_for(spec, state, number) for number in np.flatnonzero(state.core.threads["task"] != NO_TASK)
+        _waits_for(spec, state, int(number))
+        for number in np.flatnonzero(state.core.threads["task"] != NO_TASK)
     ]
     cycle = int(state.run[0]["cycle"])
     head = f"deadlock in core cycle {cycle}: {state.run[0]['finished']} of {state.tasks.num_tasks} tasks finished"
@@ -173,7 +176,7 @@ def _deadlock(spec: MachineSpec, state: State) -> DeadlockError:
 
 def _waits_for(spec: MachineSpec, state: State, number: int) -> str:
     """One line on a thread that waits."""
-    core, thread = divmod(int(number), spec.core.num_threads)
+    core, thread = divmod(number, spec.core.num_threads)
     record = state.tasks.records[state.core.threads[number]["cursor"] - 1]
     operation, address = Op(record["op"]), record["address"]
     if operation != Op.LOCK:

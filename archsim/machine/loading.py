@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from archsim.errors import ArchsimError, fail
+from archsim.jit import compiled
 from archsim.machine.spec import MachineSpec
 from archsim.trace.records import RECORD, Op, Tasks
 
@@ -34,39 +35,49 @@ def load_next(spec: MachineSpec, loaded: Loaded, chunks: Iterator[Tasks], first_
         raise fail(f"the work ended after {end} of its {loaded.num_tasks} tasks")
     if end + chunk.num_tasks > loaded.num_tasks:
         raise fail(f"the work holds {end + chunk.num_tasks} tasks or more, but announced {loaded.num_tasks}")
-    _check(spec, chunk)
 
+    records = np.require(chunk.records[chunk.starts[0] : chunk.starts[-1]], RECORD, ["C", "A", "W"])
+    chunk_starts = (chunk.starts - chunk.starts[0]).astype(np.int64)
+    _check(spec, chunk_starts, records)
     kept = loaded.starts[first_needed - loaded.first_task :]
     num_kept = int(loaded.starts[-1] - kept[0])
-    records = np.require(chunk.records[chunk.starts[0] : chunk.starts[-1]], RECORD, ["C", "A", "W"])
     if num_kept > 0:
         records = np.concatenate([loaded.records[kept[0] : loaded.starts[-1]], records])
-    starts = np.concatenate([kept[:-1] - kept[0], chunk.starts - chunk.starts[0] + num_kept])
-    return Loaded(first_needed, loaded.num_tasks, starts.astype(np.int64), records)
+    starts = np.concatenate([kept[:-1] - kept[0], chunk_starts + num_kept])
+    return Loaded(first_needed, loaded.num_tasks, starts, records)
 
 
-def _check(spec: MachineSpec, chunk: Tasks) -> None:
+def _check(spec: MachineSpec, starts: np.ndarray, records: np.ndarray) -> None:
     """ArchsimError if a record cannot be played on the machine."""
-    records = chunk.records
-    if np.any(records["op"][chunk.starts[1:] - 1] != Op.END):
+    if np.any(records["op"][starts[1:] - 1] != Op.END):
         raise fail("a task does not close with END")
 
-    locks = np.flatnonzero((records["op"] == Op.LOCK) | (records["op"] == Op.UNLOCK))
-    numbers = records["address"][locks]
-    wrong = np.flatnonzero((numbers < 0) | (numbers >= spec.locks.num_locks))
-    if len(wrong) > 0:
-        raise _at(locks[wrong[0]], f"lock {numbers[wrong[0]]} of {spec.locks.num_locks} locks")
-
-    accesses = np.flatnonzero((records["op"] == Op.LOAD) | (records["op"] == Op.STORE))
-    first = records["address"][accesses]
-    last = first + np.maximum(records["bytes"][accesses], 1) - 1
     line_bytes = min((spec.caches[cache].line_bytes for cache in spec.core_cache), default=1)
-    wrong = np.flatnonzero((first < 0) | (first // line_bytes != last // line_bytes))
-    if len(wrong) > 0:
-        what = f"the access to addresses {first[wrong[0]]} to {last[wrong[0]]} crosses a line of {line_bytes} bytes"
-        raise _at(accesses[wrong[0]], what)
+    wrong = _first_wrong(records, spec.locks.num_locks, line_bytes)
+    if wrong < len(records):
+        raise _refused(spec, records[wrong], line_bytes)
 
 
-def _at(record: int, what: str) -> ArchsimError:
-    """An error in a record of the chunk."""
-    return fail(f"record {record} of the chunk: {what}")
+@compiled
+def _first_wrong(records, num_locks, line_bytes):
+    """Index of the first record with a lock that is not there or an access that crosses a line, else their number."""
+    for i in range(len(records)):
+        address, op = records[i]["address"], records[i]["op"]
+        if op == Op.LOAD or op == Op.STORE:
+            offset = address & (line_bytes - 1)
+            if address < 0 or offset + records[i]["bytes"] > line_bytes:
+                return i
+        elif (op == Op.LOCK or op == Op.UNLOCK) and (address < 0 or address >= num_locks):
+            return i
+    return len(records)
+
+
+def _refused(spec: MachineSpec, record: np.void, line_bytes: int) -> ArchsimError:
+    """Why a record cannot be played."""
+    operation, address = Op(record["op"]).name, record["address"]
+    if record["op"] in (Op.LOCK, Op.UNLOCK):
+        return fail(f"{operation} of lock {address}: there are {spec.locks.num_locks} locks")
+    if address < 0:
+        return fail(f"{operation} at address {address}: addresses begin at 0")
+    last = address + record["bytes"] - 1
+    return fail(f"{operation} of addresses {address} to {last} crosses a line of {line_bytes} bytes")

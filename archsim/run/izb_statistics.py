@@ -47,6 +47,7 @@ def workload_statistics(workload: IzbWorkload, num_views: int, shadow: np.ndarra
             "Cells overlapped by triangles.",
         ),
         ("grid_fragments_post_stencil", workload.grid_fragments_post_stencil, pre, "Those on a marked cell."),
+        ("node_visits", workload.node_visits, "nodes", "List nodes tested, over all grid fragments."),
         (
             "framebuffer_fragments_pre_z",
             workload.framebuffer_fragments_pre_z,

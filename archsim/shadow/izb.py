@@ -143,6 +143,21 @@ def _fill(samples, lists, grid, occluders, fragments, out):
 
 
 @njit
+def node_visits(lists, grid, fragments):
+    """List nodes that the fragments walk over, all together."""
+    length = np.zeros(len(lists.head), np.int64)
+    for cell in range(len(lists.head)):
+        sample = lists.head[cell]
+        while sample != NO_NODE:
+            length[cell] += 1
+            sample = lists.following[sample]
+    total = 0
+    for index in range(len(fragments.i)):
+        total += length[head_of_logical(grid, fragments.i[index], fragments.j[index])]
+    return total
+
+
+@njit
 def plane_at(plane, position):
     """a x + b y + 0 z + d in the order of DPH, float32."""
     value = position[0] * plane[0] + position[1] * plane[1]

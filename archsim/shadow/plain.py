@@ -78,6 +78,7 @@ def run_face(plan: FacePlan, grid: Grid, order: np.ndarray | None = None) -> Out
         *extent(populated(lists.stencil)),
         cells.num_before_stencil,
         len(cells.i),
+        izb.node_visits(lists, grid, cells),
         len(fragments.sample),
         tested.num_passed,
     )

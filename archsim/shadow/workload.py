@@ -16,6 +16,7 @@ class IzbWorkload(NamedTuple):
     stencil_height: int
     grid_fragments_pre_stencil: int
     grid_fragments_post_stencil: int
+    node_visits: int  # list nodes tested, over all grid fragments
     framebuffer_fragments_pre_z: int
     framebuffer_fragments_post_z: int
 
@@ -30,7 +31,7 @@ class IzbWorkload(NamedTuple):
         return self.framebuffer_fragments_pre_z / self.samples if self.samples else 0.0
 
 
-NOTHING = IzbWorkload(0, 0, 0, 0, 0, 0, 0, 0)
+NOTHING = IzbWorkload(0, 0, 0, 0, 0, 0, 0, 0, 0)
 
 
 def extent(viewport: Viewport) -> tuple[int, int]:

@@ -10,15 +10,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from archsim.jit import compiled, inlined
 from archsim.model.cache.spec import CacheSpec
-from archsim.model.fifo.compiled import NEVER, QueueState, new_queues
+from archsim.model.compiled import NEVER, QueueState, inlined_step, new_queues, record, step
 
 READ, WRITE, WRITEBACK = range(3)  # kinds of a request
 HIT, MERGE, MISS, REFUSED = range(
     4
 )  # what a lookup returns; the first three are outcomes of accepted requests
 NO_LINE = -1
+NO_WAY = -1
 NO_MSHR = -1
 NOT_BLOCKED = -1
 _INVALID = np.iinfo(np.int64).min
@@ -41,7 +41,7 @@ _SPEC_FIELDS = (
     "num_targets",
     "num_ports",
     "parent",
-    "first_way",  # where the cache's ways begin among those of all caches
+    "first_set",  # where the cache's sets begin among those of all caches
 )
 _WAY_FIELDS = (
     "tag",  # line number if present, its complement if on its way, _INVALID if there is none
@@ -50,7 +50,8 @@ _WAY_FIELDS = (
     "mshr",  # of a line on its way
 )
 _MSHR_FIELDS = (
-    "way",  # that waits for the line
+    "set",  # and
+    "way",  # that wait for the line
     "arrival",  # cycle in which the fetch reaches the next level
     "num_waiting",  # targets
     "free",  # entry of the cache's stack of free MSHRs
@@ -67,18 +68,18 @@ _CACHE_FIELDS = (
     "blocked",  # cycles, without those since `blocked_since`
     "fetch_cycles",  # from `arrival` to the fill, summed
 )
-CACHE_SPEC = np.dtype([(name, np.int64) for name in _SPEC_FIELDS], align=True)
-WAY = np.dtype([(name, np.int64) for name in _WAY_FIELDS], align=True)
-MSHR = np.dtype([(name, np.int64) for name in _MSHR_FIELDS], align=True)
-CACHE = np.dtype([(name, np.int64) for name in _CACHE_FIELDS], align=True)
-WAITING = np.dtype([(name, np.int64) for name in ("arrival", "rank", *Request._fields)], align=True)
+CACHE_SPEC = record(*_SPEC_FIELDS)
+WAY = record(*_WAY_FIELDS)
+MSHR = record(*_MSHR_FIELDS)
+CACHE = record(*_CACHE_FIELDS)
+WAITING = record("arrival", "rank", *Request._fields)
 
 
 class CacheState(NamedTuple):
-    """K caches, V ways of all caches, at most M MSHRs a cache, T targets an MSHR."""
+    """K caches, R sets of all caches, at most A ways a set, M MSHRs a cache, T targets an MSHR."""
 
     caches: np.ndarray  # CACHE [K]
-    ways: np.ndarray  # WAY [V]
+    ways: np.ndarray  # WAY [R, A]
     mshrs: np.ndarray  # MSHR [K, M]
     targets: np.ndarray  # [K, M, T] requesters that wait for the line
     inbox: QueueState  # WAITING [K] requests sent and not yet accepted
@@ -92,21 +93,22 @@ def cache_table(caches: Sequence[CacheSpec]) -> np.ndarray:
         table[name] = [getattr(cache, name) for cache in caches]
     table["set_mask"] = [cache.num_sets - 1 for cache in caches]
     table["line_shift"] = [cache.line_bytes.bit_length() - 1 for cache in caches]
-    num_ways = (table["set_mask"] + 1) * table["num_ways"]
-    table["first_way"] = np.cumsum(num_ways) - num_ways
+    num_sets = table["set_mask"] + 1
+    table["first_set"] = np.cumsum(num_sets) - num_sets
     return table
 
 
 def new_caches(spec: np.ndarray, inbox_capacity: int) -> CacheState:
     """All lines invalid, all MSHRs free, nothing asked."""
     num_caches = len(spec)
-    num_mshrs, num_targets = (int(spec[name].max(initial=0)) for name in ("num_mshrs", "num_targets"))
+    widths = [int(spec[name].max(initial=0)) for name in ("num_ways", "num_mshrs", "num_targets")]
+    num_ways, num_mshrs, num_targets = widths
 
     caches = np.zeros(num_caches, CACHE)
     caches["num_free"] = spec["num_mshrs"]
     caches["lookup_due"] = NEVER
     caches["blocked_since"] = NOT_BLOCKED
-    ways = np.zeros(int(((spec["set_mask"] + 1) * spec["num_ways"]).sum()), WAY)
+    ways = np.zeros((int((spec["set_mask"] + 1).sum()), num_ways), WAY)
     ways["tag"] = _INVALID
     mshrs = np.zeros((num_caches, num_mshrs), MSHR)
     mshrs["free"] = np.arange(num_mshrs)
@@ -120,13 +122,7 @@ def new_caches(spec: np.ndarray, inbox_capacity: int) -> CacheState:
     )
 
 
-@inlined
-def _first_way(spec, line):
-    """First way of the line's set."""
-    return spec["first_way"] + (line & spec["set_mask"]) * spec["num_ways"]
-
-
-@inlined
+@inlined_step
 def _use(state, cache, request, way, outcome):
     """The request is accepted: its line is the most recently used, and dirty if written."""
     state.accepted[cache, request.kind, outcome] += 1
@@ -136,51 +132,54 @@ def _use(state, cache, request, way, outcome):
         way["is_dirty"] = 1
 
 
-@inlined
+@inlined_step
 def hits(spec, state, cache, request):
     """Whether the line is present; if so, the request is accepted."""
     line = request.address >> spec[cache]["line_shift"]
-    first = _first_way(spec[cache], line)
-    for number in range(first, first + spec[cache]["num_ways"]):
-        if state.ways[number]["tag"] == line:
-            _use(state, cache, request, state.ways[number], HIT)
-            return True
-    return False
+    row = spec[cache]["first_set"] + (line & spec[cache]["set_mask"])
+    hit = NO_WAY
+    for way in range(spec[cache]["num_ways"]):  # without a way out: where a line lies cannot be predicted
+        hit = way if state.ways[row, way]["tag"] == line else hit
+    if hit == NO_WAY:
+        return False
+    _use(state, cache, request, state.ways[row, hit], HIT)
+    return True
 
 
-@compiled
+@step
 def accept_absent(spec, state, cycle, cache, request):
     """MERGE, MISS (then `fetch` and `victim` say what to send) or REFUSED for a line that is not present in `cycle`."""
     line = request.address >> spec[cache]["line_shift"]
-    first = _first_way(spec[cache], line)
-    victim = NO_LINE
-    for number in range(first, first + spec[cache]["num_ways"]):
-        tag = state.ways[number]["tag"]
-        if tag == ~line:
-            return _merge(spec, state, cache, request, state.ways[number])
-        replaceable = tag >= 0 or tag == _INVALID
-        if replaceable and (victim == NO_LINE or state.ways[number]["used"] < state.ways[victim]["used"]):
-            victim = number
+    row = spec[cache]["first_set"] + (line & spec[cache]["set_mask"])
+    coming, victim, oldest = NO_WAY, NO_WAY, NEVER
+    for way in range(spec[cache]["num_ways"]):
+        tag, used = state.ways[row, way]["tag"], state.ways[row, way]["used"]
+        is_older = (used < oldest) & ((tag >= 0) | (tag == _INVALID))
+        coming = way if tag == ~line else coming
+        victim = way if is_older else victim
+        oldest = used if is_older else oldest
+    if coming != NO_WAY:
+        return _merge(spec, state, cache, request, state.ways[row, coming])
 
     is_whole = (
         request.kind == WRITEBACK and spec[request.requester]["line_shift"] == spec[cache]["line_shift"]
     )
-    if victim == NO_LINE or (state.caches[cache]["num_free"] == 0 and not is_whole):
+    if victim == NO_WAY or (state.caches[cache]["num_free"] == 0 and not is_whole):
         return REFUSED
 
-    way = state.ways[victim]
+    way = state.ways[row, victim]
     _replace(state.caches[cache], way)
     way["tag"] = line
     if not is_whole:
         way["tag"] = ~line
-        _expect(state, cycle + spec[cache]["hit_cycles"], cache, victim)
+        way["mshr"] = _expect(state, cycle + spec[cache]["hit_cycles"], cache, row, victim)
         if request.kind != WRITEBACK:
             _add_target(state, cache, way["mshr"], request.requester)
     _use(state, cache, request, way, MISS)
     return MISS
 
 
-@compiled
+@step
 def _merge(spec, state, cache, request, way):
     """MERGE the request with the fetch of the way's line, or REFUSED."""
     if request.kind != WRITEBACK:
@@ -191,7 +190,7 @@ def _merge(spec, state, cache, request, way):
     return MERGE
 
 
-@compiled
+@step
 def _add_target(state, cache, mshr, requester):
     """The requester is answered when the MSHR's line is here."""
     position = state.mshrs[cache, mshr]["num_waiting"]
@@ -199,7 +198,7 @@ def _add_target(state, cache, mshr, requester):
     state.mshrs[cache, mshr]["num_waiting"] = position + 1
 
 
-@compiled
+@step
 def _replace(cache, way):
     """The way's line leaves; `victim` keeps it if it is dirty."""
     cache["fetch"] = NO_MSHR
@@ -210,25 +209,27 @@ def _replace(cache, way):
     way["is_dirty"] = 0
 
 
-@compiled
-def _expect(state, arrival, cache, way):
+@step
+def _expect(state, arrival, cache, row, way):
     """A free MSHR becomes `fetch`, for a line that is asked for at the next level in cycle `arrival`."""
     owner = state.caches[cache]
     owner["num_free"] -= 1
-    owner["fetch"] = state.mshrs[cache, owner["num_free"]]["free"]
     owner["fetches"] += 1
-    mshr = state.mshrs[cache, owner["fetch"]]
+    number = state.mshrs[cache, owner["num_free"]]["free"]
+    mshr = state.mshrs[cache, number]
+    mshr["set"] = row
     mshr["way"] = way
     mshr["arrival"] = arrival
     mshr["num_waiting"] = 0
-    state.ways[way]["mshr"] = owner["fetch"]
+    owner["fetch"] = number
+    return number
 
 
-@compiled
+@step
 def fill(state, cycle, cache, number):
     """The MSHR's line is here in `cycle`; the caller answers its targets. A refused request tries again."""
     owner, mshr = state.caches[cache], state.mshrs[cache, number]
-    way = state.ways[mshr["way"]]
+    way = state.ways[mshr["set"], mshr["way"]]
     way["tag"] = ~way["tag"]
     state.mshrs[cache, owner["num_free"]]["free"] = number
     owner["num_free"] += 1

@@ -9,12 +9,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from archsim.jit import compiled, inlined
+from archsim.model.compiled import inlined_step, record, step
 from archsim.model.core.spec import CoreSpec, TaskOrder
 from archsim.trace.records import Op
 
 NO_THREAD = -1
 NO_TASK = -1
+NO_WORD = -1
 _NO_WORK = 0  # reason of an empty slot
 _WORD_BITS = 32
 _DE_BRUIJN = 0x077CB531
@@ -22,8 +23,8 @@ _BIT_OF = np.array([(_DE_BRUIJN << bit & 0xFFFFFFFF) >> 27 for bit in range(32)]
 
 
 _THREAD_FIELDS = (
-    "core",  # its core
-    "place",  # its number in the core
+    "word",  # which word of the sets of threads holds its bit
+    "bit",  # its bit
     "cursor",  # current record among the loaded ones
     "compute_left",  # one-cycle instructions left of the record
     "op",  # Op that closes the record; END also for a thread without a task
@@ -32,23 +33,27 @@ _THREAD_FIELDS = (
     "reason",  # why it last waited
 )
 _CORE_FIELDS = (
-    "pointer",  # where the round goes on
+    "first_word",  # where its threads begin in a set of threads
+    "word",  # in which the round goes on,
+    "ahead",  # with these of its bits
     "after_issue",  # core cycle after the last issue
     "useful",  # slots with an issue
     "tasks",  # finished
     "emitted",  # EMIT operations
 )
-THREAD = np.dtype([(name, np.int64) for name in _THREAD_FIELDS], align=True)
-CORE = np.dtype([(name, np.int64) for name in _CORE_FIELDS], align=True)
+THREAD = record(*_THREAD_FIELDS)  # a line of the host's cache
+CORE = record(*_CORE_FIELDS)
 
 
 class CoreState(NamedTuple):
-    """C cores, N threads of all cores, W words to a set of a core's threads."""
+    """C cores, N threads of all cores, W words to a set of all cores' threads; every core begins a new word."""
 
     threads: np.ndarray  # THREAD [N]
     cores: np.ndarray  # CORE [C]
-    ready: np.ndarray  # [C, W] set of threads that can issue
-    wake: np.ndarray  # [S, C, W] sets that become ready in the next core cycle that is `slot` modulo S
+    first_of: np.ndarray  # [W] number of the thread that the word's lowest bit stands for
+    ready: np.ndarray  # [W] set of threads that can issue
+    wake: np.ndarray  # [S, W] sets that become ready in the next core cycle that is `slot` modulo S
+    wakes: np.ndarray  # [S] whether the slot's set may hold anybody
     stalled: np.ndarray  # [C, reasons] slots without an issue
     idle: np.ndarray  # [N] ring of idle threads
     idle_ends: np.ndarray  # [2] longest idle thread and end of the line, counted from the start of the run
@@ -57,116 +62,131 @@ class CoreState(NamedTuple):
 def new_cores(spec: CoreSpec, num_reasons: int, longest_wake_cycles: int) -> CoreState:
     """All threads ready and without a task."""
     num_threads = spec.num_cores * spec.num_threads
-    num_words = -(-spec.num_threads // _WORD_BITS)
+    words_per_core = -(-spec.num_threads // _WORD_BITS)
+    num_words = spec.num_cores * words_per_core
     num_slots = 1 << longest_wake_cycles.bit_length()
 
+    core, place = np.divmod(np.arange(num_threads), spec.num_threads)
     threads = np.zeros(num_threads, THREAD)
-    threads["core"], threads["place"] = np.divmod(np.arange(num_threads), spec.num_threads)
+    threads["word"] = core * words_per_core + place // _WORD_BITS
+    threads["bit"] = 1 << place % _WORD_BITS
     threads["op"] = Op.END
     threads["task"] = NO_TASK
     threads["next_task"] = np.arange(num_threads) if spec.task_order == TaskOrder.INTERLEAVED else NO_TASK
     threads["reason"] = _NO_WORK
-    ready = np.zeros((spec.num_cores, num_words), np.int64)
-    for place in range(spec.num_threads):
-        ready[:, place // _WORD_BITS] |= 1 << place % _WORD_BITS
+    ready = np.zeros(num_words, np.int64)
+    np.bitwise_or.at(ready, threads["word"], threads["bit"])
+    cores = np.zeros(spec.num_cores, CORE)
+    cores["first_word"] = cores["word"] = np.arange(spec.num_cores) * words_per_core
+    cores["ahead"] = -1
     return CoreState(
         threads=threads,
-        cores=np.zeros(spec.num_cores, CORE),
+        cores=cores,
+        first_of=np.array(
+            [np.flatnonzero(threads["word"] == word)[0] for word in range(num_words)], np.int64
+        ),
         ready=ready,
-        wake=np.zeros((num_slots, spec.num_cores, num_words), np.int64),
+        wake=np.zeros((num_slots, num_words), np.int64),
+        wakes=np.zeros(num_slots, np.bool_),
         stalled=np.zeros((spec.num_cores, num_reasons), np.int64),
         idle=np.zeros(num_threads, np.int64),
         idle_ends=np.zeros(2, np.int64),
     )
 
 
-@inlined
-def _lowest_bit(word):
-    """Number of the lowest bit set in a word of 32 bits."""
-    return _BIT_OF[((word & -word) * _DE_BRUIJN & 0xFFFFFFFF) >> 27]
+@inlined_step
+def _lowest_bit(bit):
+    """Number of a bit of a word of 32 bits."""
+    return _BIT_OF[(bit * _DE_BRUIJN & 0xFFFFFFFF) >> 27]
 
 
-@compiled
-def _pick_behind(state, core, first):
-    """First ready thread in the words after word `first`, cyclic, or NO_THREAD."""
-    num_words = state.ready.shape[1]
-    for i in range(1, num_words + 1):
-        number = (first + i) % num_words
-        word = state.ready[core, number]
-        if word != 0:
-            return number * _WORD_BITS + _lowest_bit(word)
-    return NO_THREAD
+@step
+def _next_word(ready, owner, num_threads):
+    """The core's next word, cyclic, that has a ready thread, or NO_WORD."""
+    word, first = owner["word"], owner["first_word"]
+    num_words = (num_threads + _WORD_BITS - 1) // _WORD_BITS
+    for _ in range(num_words):
+        word = word + 1 if word + 1 < first + num_words else first
+        if ready[word] != 0:
+            return word
+    return NO_WORD
 
 
-@inlined
-def pick(state, core):
-    """First ready thread of the core at or after its pointer, cyclic, or NO_THREAD."""
-    pointer = state.cores[core]["pointer"]
-    first = pointer >> 5
-    word = state.ready[core, first] & (-1 << (pointer & 31))
-    if word != 0:
-        return (first << 5) + _lowest_bit(word)
-    return _pick_behind(state, core, first)
+@inlined_step
+def pick(spec, state, core):
+    """First ready thread of the core where the round goes on: its number, or NO_THREAD, its word and its bit."""
+    owner = state.cores[core]
+    word = owner["word"]
+    threads = state.ready[word] & owner["ahead"]
+    if threads == 0:
+        word = _next_word(state.ready, owner, spec.num_threads)
+        if word == NO_WORD:
+            return NO_THREAD, word, 0
+        threads = state.ready[word]
+    bit = threads & -threads
+    return state.first_of[word] + _lowest_bit(bit), word, bit
 
 
-@inlined
+@inlined_step
 def park(state, thread):
     """The thread is no longer ready."""
-    place = thread["place"]
-    state.ready[thread["core"], place >> 5] &= ~(1 << (place & 31))
+    state.ready[thread["word"]] &= ~thread["bit"]
 
 
-@inlined
+@inlined_step
 def wake_now(state, thread):
     """The thread is ready in this cycle."""
-    place = thread["place"]
-    state.ready[thread["core"], place >> 5] |= 1 << (place & 31)
+    state.ready[thread["word"]] |= thread["bit"]
 
 
-@inlined
+@inlined_step
 def wake_at(state, cycle, thread):
     """The thread becomes ready in `cycle`, which is less than S cycles ahead."""
-    slot = cycle & (state.wake.shape[0] - 1)
-    place = thread["place"]
-    state.wake[slot, thread["core"], place >> 5] |= 1 << (place & 31)
+    slot = cycle & (len(state.wakes) - 1)
+    state.wakes[slot] = True
+    state.wake[slot, thread["word"]] |= thread["bit"]
 
 
-@inlined
+@inlined_step
 def wake_due(state, cycle):
     """Threads whose wait ends in `cycle` become ready."""
-    slot = cycle & (state.wake.shape[0] - 1)
-    for core in range(state.ready.shape[0]):
-        for word in range(state.ready.shape[1]):
-            state.ready[core, word] |= state.wake[slot, core, word]
-            state.wake[slot, core, word] = 0
+    slot = cycle & (len(state.wakes) - 1)
+    if state.wakes[slot]:
+        state.wakes[slot] = False
+        for word in range(len(state.ready)):
+            state.ready[word] |= state.wake[slot, word]
+            state.wake[slot, word] = 0
 
 
-@inlined
-def any_ready(state, cycle):
-    """Whether a thread is ready already or becomes so in `cycle`, within S cycles."""
-    slot = cycle & (state.wake.shape[0] - 1)
-    for core in range(state.ready.shape[0]):
-        for word in range(state.ready.shape[1]):
-            if (state.ready[core, word] | state.wake[slot, core, word]) != 0:
-                return True
-    return False
+@step
+def next_wake(state, cycle, limit):
+    """First cycle after `cycle` and before `limit` in which a wait ends by itself, or `limit`."""
+    num_slots = len(state.wakes)
+    for later in range(cycle + 1, min(cycle + num_slots, limit)):
+        if state.wakes[later & (num_slots - 1)]:
+            return later
+    return limit
 
 
-@inlined
-def count_issue(spec, state, cycle, thread):
-    """Use the core's slot of `cycle`; charge the empty ones before it to what the thread waited for."""
-    core = state.cores[thread["core"]]
-    empty_slots = cycle - core["after_issue"]
+@inlined_step
+def charge_empty_slots(state, cycle, core, reason):
+    """The core's slots since its last issue were empty for this reason; the slot of `cycle` is used."""
+    owner = state.cores[core]
+    empty_slots = cycle - owner["after_issue"]
     if empty_slots > 0:
-        state.stalled[thread["core"], thread["reason"]] += empty_slots
-
-    core["useful"] += 1
-    core["after_issue"] = cycle + 1
-    behind = thread["place"] + 1
-    core["pointer"] = behind if behind < spec.num_threads else 0
+        state.stalled[core, reason] += empty_slots
+    owner["useful"] += 1
+    owner["after_issue"] = cycle + 1
 
 
-@inlined
+@inlined_step
+def go_round(state, core, word, bit):
+    """The round goes on behind the thread with this bit."""
+    state.cores[core]["word"] = word
+    state.cores[core]["ahead"] = -(bit << 1)
+
+
+@inlined_step
 def read_record(thread, records, cursor):
     """The thread goes on with the record at `cursor`."""
     thread["cursor"] = cursor
@@ -174,20 +194,20 @@ def read_record(thread, records, cursor):
     thread["op"] = records[cursor]["op"]
 
 
-@compiled
+@step
 def join_idle(state, number):
     """Thread `number` goes to the end of the line of idle threads."""
     state.idle[state.idle_ends[1] % len(state.idle)] = number
     state.idle_ends[1] += 1
 
 
-@inlined
+@inlined_step
 def num_idle(state):
     """Threads that wait for a task."""
     return state.idle_ends[1] - state.idle_ends[0]
 
 
-@compiled
+@step
 def hand_to_idle(state, task):
     """The longest idle thread gets the task and is ready now."""
     thread = state.threads[state.idle[state.idle_ends[0] % len(state.idle)]]
@@ -197,7 +217,7 @@ def hand_to_idle(state, task):
     wake_now(state, thread)
 
 
-@compiled
+@step
 def retire_idle(state):
     """No task will come: the line of idle threads dissolves."""
     state.idle_ends[0] = state.idle_ends[1]

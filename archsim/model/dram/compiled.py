@@ -9,23 +9,25 @@ from typing import NamedTuple
 
 import numpy as np
 
-from archsim.jit import compiled, inlined
-from archsim.model.dram.spec import DramSpec, Scheduler
-from archsim.model.fifo.compiled import (
+from archsim.model.compiled import (
     NEVER,
     QueueState,
+    inlined_step,
     insert,
     new_queues,
     num_items,
     oldest,
+    record,
     remove,
     slot_of,
+    step,
 )
+from archsim.model.dram.spec import DramSpec, Scheduler
 
 CLOSED = -1  # no row is open
 NO_REQUESTER = 0  # fetches have numbers below 0
 
-_QUEUED_FIELDS = ("arrival", "rank", "bank", "row", "bursts", "is_write", "requester", "is_classified")
+_QUEUED_FIELDS = ("arrival", "rank", "bank", "row", "bursts", "is_write", "requester")
 _BANK_FIELDS = (
     "open_row",  # row in the row buffer, or CLOSED
     "read",  # earliest RD
@@ -42,7 +44,7 @@ _CHANNEL_FIELDS = (
     "act",  # earliest ACT
     "last_burst",  # column command of the last request's last burst
     "next_refresh",  # when a REF is due
-    "window",  # requests that have arrived, at most num_queue_entries
+    "window",  # requests that the scheduler sees, all classified
     "wake_ups",  # number of them
 )
 DRAM_COUNTERS = (
@@ -56,11 +58,9 @@ DRAM_COUNTERS = (
     "refreshes",
     "data_clocks",
 )
-QUEUED = np.dtype(
-    [(name, np.int64) for name in _QUEUED_FIELDS], align=True
-)  # arrival in ticks, rank is the cache
-BANK = np.dtype([(name, np.int64) for name in _BANK_FIELDS], align=True)
-CHANNEL = np.dtype([(name, np.int64) for name in (*_CHANNEL_FIELDS, *DRAM_COUNTERS)], align=True)
+QUEUED = record(*_QUEUED_FIELDS)  # arrival in ticks, rank is the cache
+BANK = record(*_BANK_FIELDS)
+CHANNEL = record(*_CHANNEL_FIELDS, *DRAM_COUNTERS)
 
 
 class DramState(NamedTuple):
@@ -69,7 +69,7 @@ class DramState(NamedTuple):
     queue: QueueState  # QUEUED [H] requests that were sent
     banks: np.ndarray  # BANK [H, B]
     channels: np.ndarray  # CHANNEL [H]
-    next_due: np.ndarray  # [1] the first clock at which a channel is due
+    next_due: np.ndarray  # [2] the first clock at which a channel is due, and the channel
 
 
 def new_dram(spec: DramSpec, queue_capacity: int) -> DramState:
@@ -81,22 +81,22 @@ def new_dram(spec: DramSpec, queue_capacity: int) -> DramState:
     channels["last_burst"] = -1
     channels["next_refresh"] = channels["due"] = refresh
     queue = new_queues(spec.num_channels, queue_capacity, QUEUED)
-    return DramState(queue, banks, channels, np.full(1, refresh, np.int64))
+    return DramState(queue, banks, channels, np.array([refresh, 0], np.int64))
 
 
-@inlined
+@inlined_step
 def field_of(address, field):
     """The bit field of an address."""
     return (address >> field.shift) & ((1 << field.bits) - 1)
 
 
-@inlined
+@inlined_step
 def _clock_of(spec, ticks):
     """First memory clock at or after a tick."""
     return (ticks + spec.period_ticks - 1) // spec.period_ticks
 
 
-@compiled
+@step
 def send(spec, state, arrival_ticks, address, rank):
     """Queue a request for `address` that arrives at `arrival_ticks`; returns it, for the sender to say what it is."""
     number = field_of(address, spec.channel)
@@ -104,14 +104,15 @@ def send(spec, state, arrival_ticks, address, rank):
     request = state.queue.items[number, slot]
     request["bank"] = field_of(address, spec.bank)
     request["row"] = field_of(address, spec.row)
-    request["is_classified"] = 0
     channel = state.channels[number]
     channel["due"] = min(channel["due"], _clock_of(spec, arrival_ticks))
-    state.next_due[0] = min(state.next_due[0], channel["due"])
+    if channel["due"] < state.next_due[0]:
+        state.next_due[0] = channel["due"]
+        state.next_due[1] = number
     return request
 
 
-@compiled
+@step
 def is_empty(state):
     """Whether no request is queued or on its way to a queue."""
     for number in range(len(state.channels)):
@@ -120,68 +121,68 @@ def is_empty(state):
     return True
 
 
-@compiled
-def first_due(state):
-    """Number of the channel that is due first, at clock `next_due`; of several the first."""
-    number = 0
-    while state.channels[number]["due"] != state.next_due[0]:
-        number += 1
-    return number
-
-
-@compiled
-def wake(spec, state, clock, number):
-    """Play memory clock `clock` of a channel and set when it is due again; returns the requester of a read served."""
+@inlined_step
+def wake_first(spec, state):
+    """Play the clock `next_due` of the channel that is due; returns the requester of a read served."""
+    clock, number = state.next_due[0], state.next_due[1]
     channel = state.channels[number]
     channel["wake_ups"] += 1
-    arrival = _classify_window(spec, state, clock, number)
+    arrival = _classify_arrived(spec, state, clock, number)
     requester = NO_REQUESTER
-    if clock <= channel["last_burst"] and (channel["last_burst"] - clock) % spec.timing.n_ccd == 0:
+    if _needs_bus(spec.timing, channel, clock):
         due = clock + 1
     elif clock >= channel["next_refresh"]:
         due = _refresh(spec.timing, channel, state.banks[number], clock)
     else:
         num_considered, due = _num_considered(spec, state, clock, number)
         due = min(due, channel["next_refresh"])
-        position, column_due = _find_column(state, clock, number, num_considered)
+        position, others, column_due = _find_column(state, clock, number, num_considered)
         if position < num_considered:
             requester = _column(spec, state, clock, number, position)
-            due = clock + 1
-        else:
-            row_due = _row_command(spec.timing, state, clock, number, num_considered)
-            due = min(due, min(column_due, row_due))
-    channel["due"] = min(due, arrival)
+        elif others > 0:
+            due = min(due, _row_command(spec.timing, state, clock, number, num_considered))
+        due = min(due, column_due)
+    due = min(due, arrival)
+    channel["due"] = due + 1 if _needs_bus(spec.timing, channel, due) else due
     _find_next_due(state)
     return requester
 
 
-@compiled
+@inlined_step
+def _needs_bus(timing, channel, clock):
+    """Whether a burst of the last request still needs the command bus at `clock`."""
+    return clock <= channel["last_burst"] and (channel["last_burst"] - clock) % timing.n_ccd == 0
+
+
+@step
 def _find_next_due(state):
-    """Find out when the first channel is due."""
-    due = NEVER
-    for number in range(len(state.channels)):
-        due = min(due, state.channels[number]["due"])
-    state.next_due[0] = due
+    """Find out which channel is due first; of several the first."""
+    first = 0
+    for number in range(1, len(state.channels)):
+        if state.channels[number]["due"] < state.channels[first]["due"]:
+            first = number
+    state.next_due[0] = state.channels[first]["due"]
+    state.next_due[1] = first
 
 
-@compiled
-def _classify_window(spec, state, clock, number):
-    """Classify what came into the window by `clock`; returns the clock of the next arrival in it, or NEVER."""
+@step
+def _classify_arrived(spec, state, clock, number):
+    """Classify what came into the window by `clock`; returns the clock of the next arrival in it, or NEVER.
+
+    A request can wait for this until its channel wakes: until then, no row is opened or closed.
+    """
     channel = state.channels[number]
     size = min(num_items(state.queue, number), spec.num_queue_entries)
-    for position in range(size):
-        request = state.queue.items[number, slot_of(state.queue, number, position)]
+    while channel["window"] < size:
+        request = state.queue.items[number, slot_of(state.queue, number, channel["window"])]
         if request["arrival"] > clock * spec.period_ticks:
-            channel["window"] = position
             return _clock_of(spec, request["arrival"])
-        if request["is_classified"] == 0:
-            request["is_classified"] = 1
-            _classify(channel, state.banks[number, request["bank"]]["open_row"], request["row"])
-    channel["window"] = size
+        _classify(channel, state.banks[number, request["bank"]]["open_row"], request["row"])
+        channel["window"] += 1
     return NEVER
 
 
-@inlined
+@inlined_step
 def _classify(channel, open_row, row):
     """Count what a request finds in its bank."""
     if open_row == CLOSED:
@@ -192,7 +193,7 @@ def _classify(channel, open_row, row):
         channel["row_conflicts"] += 1
 
 
-@compiled
+@step
 def _refresh(timing, channel, banks, clock):
     """One step towards the refresh that is due at `clock`: PRE of all banks, then REF. Returns when to go on."""
     is_open, pre_due, act_due = False, 0, 0
@@ -219,7 +220,7 @@ def _refresh(timing, channel, banks, clock):
     return clock + 1
 
 
-@compiled
+@step
 def _num_considered(spec, state, clock, number):
     """How many of the oldest requests the scheduler looks at in `clock`, and when that number changes by itself."""
     window = state.channels[number]["window"]
@@ -234,15 +235,19 @@ def _num_considered(spec, state, clock, number):
     return window, patience_ends
 
 
-@compiled
+@step
 def _find_column(state, clock, number, num_considered):
-    """Position of the first request whose column command may issue in `clock`, else past the end and when one may."""
+    """Position of the first request whose column command may issue in `clock`, else past the end.
+
+    Also returns how many before it do not find their row open, and when to look again.
+    """
     channel = state.channels[number]
-    due = NEVER
+    due, others = NEVER, 0
     for position in range(num_considered):
         request = state.queue.items[number, slot_of(state.queue, number, position)]
         bank = state.banks[number, request["bank"]]
         if bank["open_row"] != request["row"]:
+            others += 1
             continue
         bank["wanted"] = channel["wake_ups"]
         if request["is_write"] != 0:
@@ -250,12 +255,12 @@ def _find_column(state, clock, number, num_considered):
         else:
             ready = max(bank["read"], channel["read"])
         if ready <= clock:
-            return position, clock
+            return position, others, clock + 1
         due = min(due, ready)
-    return num_considered, due
+    return num_considered, others, due
 
 
-@compiled
+@step
 def _column(spec, state, clock, number, position):
     """RD or WR of all bursts of the request from `clock` on; it leaves the queue. Returns a read's requester."""
     timing, channel = spec.timing, state.channels[number]
@@ -278,11 +283,12 @@ def _column(spec, state, clock, number, position):
 
     channel["last_burst"] = last
     channel["data_clocks"] += bursts * (spec.burst_beats // 2)
+    channel["window"] -= 1
     remove(state.queue, number, position)
     return requester
 
 
-@compiled
+@step
 def _row_command(timing, state, clock, number, num_considered):
     """ACT or PRE in `clock` for the first request that can have it; returns when to look again."""
     channel = state.channels[number]
@@ -305,7 +311,7 @@ def _row_command(timing, state, clock, number, num_considered):
     return due
 
 
-@compiled
+@step
 def _activate(timing, channel, bank, clock, row):
     """ACT in `clock`."""
     channel["activates"] += 1
@@ -317,7 +323,7 @@ def _activate(timing, channel, bank, clock, row):
     channel["act"] = max(channel["act"], clock + timing.n_rrd)
 
 
-@compiled
+@step
 def _precharge(timing, channel, bank, clock):
     """PRE in `clock` of one bank."""
     channel["precharges"] += 1
@@ -325,7 +331,7 @@ def _precharge(timing, channel, bank, clock):
     bank["act"] = max(bank["act"], clock + timing.n_rp)
 
 
-@inlined
+@inlined_step
 def data_half_ticks(spec, state, number):
     """Twice the tick of the last beat of the read served last, so that half ticks are exact."""
     return (

@@ -6,15 +6,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from archsim.jit import compiled
+from archsim.model.compiled import record, step
 
 NOBODY = -1
 NOT_HOLDER = -2  # the thread that unlocks does not hold the lock
 
 
-LOCK = np.dtype([(name, np.int64) for name in ("holder", "first", "last")], align=True)
-WAITER = np.dtype([(name, np.int64) for name in ("behind", "asked")], align=True)
-LOCK_COUNTS = np.dtype([(name, np.int64) for name in ("taken", "waited", "wait_cycles")], align=True)
+LOCK = record("holder", "first", "last")
+WAITER = record("behind", "asked")
+LOCK_COUNTS = record("taken", "waited", "wait_cycles")
 
 
 class LocksState(NamedTuple):
@@ -31,7 +31,7 @@ def new_locks(num_locks: int, num_threads: int) -> LocksState:
     return LocksState(locks, np.zeros(num_threads, WAITER), np.zeros(1, LOCK_COUNTS))
 
 
-@compiled
+@step
 def take(state, cycle, number, thread):
     """Whether the thread has the lock now; if not, it stands in line from `cycle` on."""
     lock, counts = state.locks[number], state.counts[0]
@@ -51,7 +51,7 @@ def take(state, cycle, number, thread):
     return False
 
 
-@compiled
+@step
 def release(state, cycle, number, thread):
     """The thread that gets the lock in `cycle`, NOBODY if no one waits, NOT_HOLDER if it is not the caller's."""
     lock, counts = state.locks[number], state.counts[0]

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from archsim.jit import compiled
+from archsim.model.compiled import step
 
 
 class SourceState(NamedTuple):
@@ -20,13 +20,7 @@ def new_source() -> SourceState:
     return SourceState(np.zeros(1, np.int64))
 
 
-@compiled
-def is_ideal(spec):
-    """Whether a task is always there."""
-    return spec.interval_cycles == 0
-
-
-@compiled
+@step
 def start_interval(spec, state, cycle):
     """A task was made in `cycle`; the next one takes the interval."""
     state.ready[0] = cycle + spec.interval_cycles

@@ -1,0 +1,145 @@
+"""The cores' side of the compiled machine: the source makes tasks, threads take them and issue."""
+
+from __future__ import annotations
+
+from archsim.machine import memory
+from archsim.machine.counters import STALL_LOCK
+from archsim.machine.state import Machine, State
+from archsim.model.cache.compiled import READ, WRITE, Request
+from archsim.model.compiled import NEVER, inlined_step, step
+from archsim.model.core import compiled as core_model
+from archsim.model.core.compiled import NO_TASK, NO_THREAD
+from archsim.model.core.spec import TaskOrder
+from archsim.model.fifo import compiled as fifo_model
+from archsim.model.locks import compiled as locks_model
+from archsim.model.locks.compiled import NOBODY, NOT_HOLDER
+from archsim.model.unit import compiled as unit_model
+from archsim.trace.records import Op
+
+EMPTY, ISSUED, NEEDS_TASKS, BAD_UNLOCK = range(4)  # what became of an issue slot
+
+
+@inlined_step
+def source_due(spec: Machine, state: State):
+    """Cycle in which the source can make a task as things stand, or NEVER."""
+    if state.fifo.ends[1] == state.tasks.num_tasks:
+        return NEVER
+    if core_model.num_idle(state.core) > 0 or fifo_model.has_room(spec.fifo, state.fifo):
+        return state.source.ready[0]
+    return NEVER
+
+
+@step
+def make_task(spec: Machine, state: State, cycle):
+    """The source makes a task in `cycle`, for the longest idle thread or for the fifo."""
+    task = state.fifo.ends[1]
+    state.fifo.ends[1] = task + 1
+    unit_model.start_interval(spec.source, state.source, cycle)
+    if core_model.num_idle(state.core) > 0:
+        state.fifo.ends[0] = task + 1
+        core_model.hand_to_idle(state.core, task)
+    if task + 1 == state.tasks.num_tasks:
+        core_model.retire_idle(state.core)
+
+
+@inlined_step
+def issue(spec: Machine, state: State, cycle, core):
+    """The core issues at most one instruction in `cycle`."""
+    while True:
+        number, word, bit = core_model.pick(spec.core, state.core, core)
+        if number == NO_THREAD:
+            return EMPTY
+        thread = state.core.threads[number]
+        if thread["compute_left"] > 0 or thread["op"] != Op.END:
+            break
+        if _change_task(spec, state, cycle, core, number) == NEEDS_TASKS:
+            return NEEDS_TASKS
+
+    core_model.charge_empty_slots(state.core, cycle, core, thread["reason"])
+    core_model.go_round(state.core, core, word, bit)
+    if thread["compute_left"] > 0:
+        thread["compute_left"] -= 1
+        return ISSUED
+    return _operate(spec, state, cycle, core, number)
+
+
+@step
+def _change_task(spec, state, cycle, core, number):
+    """Thread `number` finishes its task in `cycle` and takes the next one, idles or retires."""
+    thread, run = state.core.threads[number], state.run[0]
+    if thread["task"] != NO_TASK:
+        thread["task"] = NO_TASK
+        state.core.cores[core]["tasks"] += 1
+        run["finished"] += 1
+        run["last_finish"] = cycle
+
+    task = _task_for(state, thread)
+    if state.fifo.ends[1] < state.tasks.num_tasks:
+        run["horizon"] = cycle  # the source may go on
+    if task == NO_TASK:
+        core_model.park(state.core, thread)
+        if state.fifo.ends[1] < state.tasks.num_tasks:
+            core_model.join_idle(state.core, number)
+        return EMPTY
+
+    position = task - state.tasks.first_task
+    if position >= len(state.tasks.starts) - 1:
+        return NEEDS_TASKS
+    _take(spec, state, thread)
+    thread["task"] = task
+    core_model.read_record(thread, state.tasks.records, state.tasks.starts[position])
+    return EMPTY
+
+
+@step
+def _task_for(state, thread):
+    """The thread's next task, or NO_TASK if there is none to be had now."""
+    task = thread["next_task"]
+    if task == NO_TASK and fifo_model.num_queued(state.fifo) > 0:
+        return state.fifo.ends[0]
+    return task if task < state.tasks.num_tasks else NO_TASK
+
+
+@step
+def _take(spec, state, thread):
+    """The thread takes the task that was found for it."""
+    if spec.core.task_order == TaskOrder.INTERLEAVED:
+        thread["next_task"] += len(state.core.threads)
+    elif thread["next_task"] != NO_TASK:
+        thread["next_task"] = NO_TASK
+    else:
+        state.fifo.ends[0] += 1
+
+
+@inlined_step
+def _operate(spec, state, cycle, core, number):
+    """Issue the operation that closes the record of thread `number` in `cycle`."""
+    thread = state.core.threads[number]
+    cursor, op = thread["cursor"], thread["op"]
+    address = state.tasks.records[cursor]["address"]
+    core_model.read_record(thread, state.tasks.records, cursor + 1)
+    if op == Op.LOAD or op == Op.STORE:
+        core_model.park(state.core, thread)
+        memory.access(spec, state, cycle, core, Request(address, WRITE if op == Op.STORE else READ, number))
+    elif op == Op.LOCK:
+        if not locks_model.take(state.locks, cycle, address, number):
+            thread["reason"] = STALL_LOCK
+            core_model.park(state.core, thread)
+    elif op == Op.UNLOCK:
+        return _unlock(state, cycle, address, number)
+    else:
+        state.core.cores[core]["emitted"] += 1
+    return ISSUED
+
+
+@step
+def _unlock(state, cycle, lock, number):
+    """Thread `number` releases the lock in `cycle`; the next in line goes on a cycle later."""
+    heir = locks_model.release(state.locks, cycle, lock, number)
+    if heir == NOT_HOLDER:
+        state.run[0]["culprit"] = number
+        return BAD_UNLOCK
+
+    if heir != NOBODY:
+        core_model.wake_at(state.core, cycle + 1, state.core.threads[heir])
+    return ISSUED

@@ -1,0 +1,229 @@
+"""The memory side of the compiled machine: requests, lookups, DRAM clocks, answers and fills.
+
+A requester is a thread (its number, from 0 up) or the MSHR of a child cache (below 0).
+"""
+
+from __future__ import annotations
+
+from archsim.machine.counters import STALL_SUPPLIER
+from archsim.machine.state import Machine, State
+from archsim.model import compiled as queue_model
+from archsim.model.cache import compiled as cache_model
+from archsim.model.cache.compiled import (
+    MISS,
+    NO_LINE,
+    NO_MSHR,
+    NOT_BLOCKED,
+    READ,
+    REFUSED,
+    WRITEBACK,
+    Request,
+)
+from archsim.model.cache.spec import DRAM_PARENT
+from archsim.model.compiled import NEVER, inlined_step, step
+from archsim.model.core import compiled as core_model
+from archsim.model.dram import compiled as dram_model
+from archsim.model.dram.compiled import NO_REQUESTER
+
+
+@inlined_step
+def access(spec: Machine, state: State, cycle, core, request):
+    """A core asks its cache. A cache that only this core talks to can look at once: nobody else comes in `cycle`."""
+    cache = spec.core_cache[core]
+    at_once = spec.is_private[cache] and queue_model.num_items(state.cache.inbox, cache) == 0
+    if not (at_once and _accept(spec, state, cycle, cache, request)):
+        _put(spec, state, cycle, cache, core, request)
+
+
+@inlined_step
+def look_up_due(spec: Machine, state: State, cycle):
+    """Play the lookups of `cycle` and find out when the next one is; whom a cache sends to comes after it."""
+    next_lookup = NEVER
+    for cache in range(len(spec.bursts)):
+        if state.cache.caches[cache]["lookup_due"] <= cycle:
+            _look_up(spec, state, cycle, cache)
+        next_lookup = min(next_lookup, state.cache.caches[cache]["lookup_due"])
+    state.run[0]["next_lookup"] = next_lookup
+
+
+@inlined_step
+def _look_up(spec, state, cycle, cache):
+    """The cache accepts arrived requests in `cycle` while it has ports and nothing is refused."""
+    inbox = state.cache.inbox
+    for _ in range(spec.caches[cache]["num_ports"]):
+        waiting = queue_model.oldest(inbox, cache)
+        if queue_model.num_items(inbox, cache) == 0 or waiting["arrival"] > cycle:
+            break
+        request = Request(waiting["address"], waiting["kind"], waiting["requester"])
+        if not _accept(spec, state, cycle, cache, request):
+            state.cache.caches[cache]["blocked_since"] = cycle
+            state.cache.caches[cache]["lookup_due"] = NEVER
+            return
+        queue_model.drop_oldest(inbox, cache)
+
+    due = NEVER
+    if queue_model.num_items(inbox, cache) > 0:
+        due = max(queue_model.oldest(inbox, cache)["arrival"], cycle + 1)
+    state.cache.caches[cache]["lookup_due"] = due
+
+
+@inlined_step
+def _accept(spec, state, cycle, cache, request):
+    """Whether the cache accepts the request in `cycle`; sends what follows from it."""
+    if cache_model.hits(spec.caches, state.cache, cache, request):
+        if request.kind != WRITEBACK:
+            _answer_hit(state, cycle + spec.caches[cache]["hit_cycles"], cache, request.requester)
+        return True
+    return _accept_absent(spec, state, cycle, cache, request)
+
+
+@step
+def _accept_absent(spec, state, cycle, cache, request):
+    """The same for a line that is not present."""
+    outcome = cache_model.accept_absent(spec.caches, state.cache, cycle, cache, request)
+    if outcome == MISS:
+        arrival = cycle + spec.caches[cache]["hit_cycles"]
+        shift = spec.caches[cache]["line_shift"]
+        mshr, victim = state.cache.caches[cache]["fetch"], state.cache.caches[cache]["victim"]
+        if mshr != NO_MSHR:
+            line = request.address >> shift
+            _send(spec, state, arrival, cache, Request(line << shift, READ, _fetcher(cache, mshr)))
+        if victim != NO_LINE:
+            _send(spec, state, arrival, cache, Request(victim << shift, WRITEBACK, cache))
+    return outcome != REFUSED
+
+
+@inlined_step
+def _answer_hit(state, arrival, cache, requester):
+    """The requester of a hit gets its answer in cycle `arrival`."""
+    if requester >= 0:
+        thread = state.core.threads[requester]
+        thread["reason"] = STALL_SUPPLIER + cache
+        core_model.wake_at(state.core, arrival, thread)
+    else:
+        _answer_fetch(state, arrival, cache, requester)
+
+
+@step
+def _answer_fetch(state, arrival, supplier, requester):
+    """A fetch is answered in cycle `arrival` by a cache, or by the DRAM if the supplier's number is behind theirs."""
+    kind = 1 if supplier == len(state.cache.caches) else 0
+    slot = queue_model.insert(state.answers, kind, arrival, supplier)
+    state.answers.items[kind, slot]["requester"] = requester
+    state.run[0]["next_answer"] = min(state.run[0]["next_answer"], arrival)
+
+
+@step
+def _send(spec, state, arrival, cache, request):
+    """The cache sends a request that reaches its next level in cycle `arrival`."""
+    parent = spec.caches[cache]["parent"]
+    if parent != DRAM_PARENT:
+        _put(spec, state, arrival, parent, spec.core.num_cores + cache, request)
+        return
+
+    queued = dram_model.send(spec.dram, state.dram, arrival * spec.core.period_ticks, request.address, cache)
+    queued["bursts"] = spec.bursts[cache]
+    queued["is_write"] = request.kind == WRITEBACK
+    queued["requester"] = request.requester
+    channel = dram_model.field_of(request.address, spec.dram.channel)
+    _look_after(spec, state, arrival, state.dram.queue, channel)
+
+
+@step
+def _put(spec, state, arrival, cache, rank, request):
+    """A request reaches the cache in cycle `arrival`; `rank` orders those of one cycle."""
+    inbox = state.cache.inbox
+    slot = queue_model.insert(inbox, cache, arrival, rank)
+    waiting = inbox.items[cache, slot]
+    waiting["address"] = request.address
+    waiting["kind"] = request.kind
+    waiting["requester"] = request.requester
+    receiver = state.cache.caches[cache]
+    if receiver["blocked_since"] == NOT_BLOCKED:
+        receiver["lookup_due"] = min(receiver["lookup_due"], arrival)
+        state.run[0]["next_lookup"] = min(state.run[0]["next_lookup"], arrival)
+    _look_after(spec, state, arrival, inbox, cache)
+
+
+@step
+def _look_after(spec, state, arrival, queues, q):
+    """Be back in cycle `arrival` for a request in queue `q`; at once if what a cycle may add no longer fits in."""
+    run = state.run[0]
+    run["horizon"] = min(run["horizon"], arrival)
+    if queue_model.num_items(queues, q) + spec.spare_slots > queues.items.shape[1]:
+        run["needs_room"] = 1
+        run["horizon"] = 0
+
+
+@inlined_step
+def _fetcher(cache, mshr):
+    """Requester number of a cache's MSHR."""
+    return ~(cache << 32 | mshr)
+
+
+@inlined_step
+def _mshr_of(requester):
+    """Cache and MSHR of a requester number below 0."""
+    return ~requester >> 32, ~requester & 0xFFFFFFFF
+
+
+@inlined_step
+def play_dram(spec: Machine, state: State, limit):
+    """Play the memory clocks before cycle `limit`, or before the first answer if that is sooner; returns that cycle.
+
+    The run is over with the tick in which the last thing on its way arrives: refreshes up to it count.
+    """
+    dram, run = state.dram, state.run[0]
+    core_period, period = spec.core.period_ticks, spec.dram.period_ticks
+    while dram.next_due[0] * period < limit * core_period:
+        clock, channel = dram.next_due[0], dram.next_due[1]
+        last_tick = max(run["cycle"] * core_period, run["last_clock"] * period)
+        if limit == NEVER and clock * period > last_tick and dram_model.is_empty(dram):
+            break
+        requester = dram_model.wake_first(spec.dram, dram)
+        run["last_clock"] = clock
+        if requester != NO_REQUESTER:
+            half_ticks = dram_model.data_half_ticks(spec.dram, dram, channel)
+            arrival = (half_ticks + 2 * core_period - 1) // (2 * core_period)
+            _answer_fetch(state, arrival, len(spec.bursts), requester)
+            limit = min(limit, arrival)
+    return limit
+
+
+@inlined_step
+def deliver_due(spec: Machine, state: State, cycle):
+    """Hand the answers of `cycle` to those who fetched, and find out when the next one arrives."""
+    answers = state.answers
+    next_answer = NEVER
+    for kind in range(len(answers.ends)):
+        while queue_model.num_items(answers, kind) > 0:
+            answer = queue_model.oldest(answers, kind)
+            if answer["arrival"] > cycle:
+                next_answer = min(next_answer, answer["arrival"])
+                break
+            state.filling[0] = answer["requester"]
+            _fill_tree(state, cycle, answer["rank"])
+            queue_model.drop_oldest(answers, kind)
+    state.run[0]["next_answer"] = next_answer
+
+
+@step
+def _fill_tree(state, cycle, supplier):
+    """Fill the line that `filling` begins with, in its cache and wherever it is waited for below, in `cycle`."""
+    num_filling = 1
+    while num_filling > 0:
+        num_filling -= 1
+        cache, mshr = _mshr_of(state.filling[num_filling])
+        cache_model.fill(state.cache, cycle, cache, mshr)
+        state.run[0]["next_lookup"] = min(
+            state.run[0]["next_lookup"], state.cache.caches[cache]["lookup_due"]
+        )
+        for i in range(state.cache.mshrs[cache, mshr]["num_waiting"]):
+            requester = state.cache.targets[cache, mshr, i]
+            if requester < 0:
+                state.filling[num_filling] = requester
+                num_filling += 1
+            else:
+                thread = state.core.threads[requester]
+                thread["reason"] = STALL_SUPPLIER + supplier
+                core_model.wake_now(state.core, thread)
