@@ -54,7 +54,9 @@ def test_exactly_the_overlapped_cells(triangle):
 
 
 def test_a_sliver_between_cell_centres_is_found():
-    found = cells(rasterize(setup([(0.1, 0.1), (3.9, 0.15), (0.1, 0.2)]), np.ones((4, 4), np.bool_), (4, 4), 0.0))
+    found = cells(
+        rasterize(setup([(0.1, 0.1), (3.9, 0.15), (0.1, 0.2)]), np.ones((4, 4), np.bool_), (4, 4), 0.0)
+    )
     assert found == [(0, 0), (1, 0), (2, 0), (3, 0)]
 
 
@@ -87,4 +89,6 @@ def test_a_triangle_through_the_light_plane_meets_the_whole_viewport_it_covers()
     ours = setup([(0, 0), (4, 0), (0, 4)])
     infinite = ours._replace(bounds=np.array([[-np.inf, -np.inf, np.inf, np.inf]]))
     stencil = np.ones((4, 4), np.bool_)
-    assert cells(rasterize(infinite, stencil, (2, 2), -0.01)) == cells(rasterize(ours, stencil, (2, 2), -0.01))
+    assert cells(rasterize(infinite, stencil, (2, 2), -0.01)) == cells(
+        rasterize(ours, stencil, (2, 2), -0.01)
+    )
