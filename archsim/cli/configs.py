@@ -5,16 +5,16 @@ from __future__ import annotations
 from pathlib import Path
 
 from archsim import resources
-from archsim.config import load_run, resolved_yaml
+from archsim.config import load_any, resolved_yaml
 from archsim.errors import ArchsimError, Problem, did_you_mean, fail
 
 
 def check(files: list[str], overrides: list[str]) -> None:
-    """Load every file; raises ArchsimError with the problems of all of them."""
+    """Load every file, a run or a part of one; raises ArchsimError with the problems of all of them."""
     problems: list[Problem] = []
     for file in files:
         try:
-            load_run(find_run(file), overrides)
+            load_any(find_run(file), overrides)
             print(f"{file}: ok")
         except ArchsimError as error:
             problems += error.problems
@@ -24,7 +24,7 @@ def check(files: list[str], overrides: list[str]) -> None:
 
 def show(file: str, overrides: list[str]) -> None:
     """Print the resolved configuration."""
-    print(resolved_yaml(load_run(find_run(file), overrides)), end="")
+    print(resolved_yaml(load_any(find_run(file), overrides)), end="")
 
 
 def find_run(name: str) -> str:

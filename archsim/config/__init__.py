@@ -2,10 +2,12 @@
 
 from archsim.config.load import (
     LoadedRun,
+    load_any,
     load_machine,
     load_run,
     load_run_with_origins,
     load_scene,
+    load_workload,
     resolved_yaml,
 )
 from archsim.config.machine import MachineConfig
@@ -19,9 +21,11 @@ __all__ = [
     "RunConfig",
     "SceneConfig",
     "WorkloadConfig",
+    "load_any",
     "load_machine",
     "load_run",
     "load_run_with_origins",
     "load_scene",
+    "load_workload",
     "resolved_yaml",
 ]

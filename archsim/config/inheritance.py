@@ -49,7 +49,8 @@ def similar_file(text: str, folder: Path) -> str | None:
     wanted = Path(text).expanduser()
     configs = resources.root() / "configs"
     known = [wanted.parent / name for name in _names((folder / wanted).parent)]
-    known += [path.relative_to(configs) for path in sorted(configs.glob("*/*.yaml"))]
+    if wanted.suffix in (".yaml", ".yml", ""):
+        known += [path.relative_to(configs) for path in sorted(configs.glob("*/*.yaml"))]
 
     near = difflib.get_close_matches(wanted.stem, {path.stem for path in known}, n=1)
     fitting = [path for path in known if path.stem in near]

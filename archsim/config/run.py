@@ -20,7 +20,7 @@ class RunConfig(Section):
     workload: WorkloadConfig
     machine: MachineConfig
     model: Literal["reference", "compiled"] = "compiled"
-    seed: Annotated[int, Field(ge=0, le=2**32 - 1)] = 0
+    seed: Annotated[int, Field(ge=0, le=2**32 - 1)] = 0  # of whatever is drawn at random; so far nothing is
 
     @model_validator(mode="after")
     def _check(self) -> RunConfig:

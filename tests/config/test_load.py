@@ -11,7 +11,18 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from archsim import resources
-from archsim.config import RunConfig, load_machine, load_run, load_run_with_origins, load_scene, resolved_yaml
+from archsim.config import (
+    MachineConfig,
+    RunConfig,
+    SceneConfig,
+    WorkloadConfig,
+    load_any,
+    load_machine,
+    load_run,
+    load_run_with_origins,
+    load_scene,
+    resolved_yaml,
+)
 
 CONFIGS = resources.root() / "configs"
 
@@ -130,3 +141,16 @@ def test_importing_configurations_imports_nothing_heavy():
         [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=resources.root()
     )
     assert done.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize(
+    ("path", "kind"),
+    [
+        ("runs/tiny.yaml", RunConfig),
+        ("machines/johnson2004.yaml", MachineConfig),
+        ("scenes/tiny.yaml", SceneConfig),
+        ("workloads/izb.yaml", WorkloadConfig),
+    ],
+)
+def test_the_keys_tell_what_a_file_describes(path, kind):
+    assert isinstance(load_any(path), kind)
