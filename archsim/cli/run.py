@@ -19,7 +19,6 @@ from archsim.run import simulate
 from archsim.run.folder import RunFiles, check_target, result_json, write_run
 from archsim.run.manifest import make_manifest
 from archsim.run.result import Result
-from archsim.scene.scene import digest, load_scene
 
 
 def run(config_name: str, overrides: list[str], out: Path | None, as_json: bool) -> None:
@@ -43,8 +42,7 @@ def run(config_name: str, overrides: list[str], out: Path | None, as_json: bool)
 def run_files(result: Result, config: RunConfig, wall_seconds: float) -> RunFiles:
     """Everything that is kept of a finished run."""
     config_yaml = resolved_yaml(config)
-    scene_digest = digest(load_scene(config.scene))
-    manifest = make_manifest(config_yaml, config.seed, scene_digest, sys.argv, wall_seconds)
+    manifest = make_manifest(config_yaml, config.seed, result.scene_digest, sys.argv, wall_seconds)
     return RunFiles(result, config_yaml, manifest, run_report(result, config_yaml, manifest))
 
 

@@ -29,6 +29,7 @@ class PhaseMachine(NamedTuple):
     spec: MachineSpec
     cache_names: tuple[str, ...]  # [num_caches] component of each cache; private ones repeat their name
     tick_hertz: int
+    dram_bytes: int  # capacity
 
 
 def phase_machine(machine: MachineConfig, role: str) -> PhaseMachine:
@@ -50,7 +51,8 @@ def phase_machine(machine: MachineConfig, role: str) -> PhaseMachine:
         caches,
         _dram(dram, caches[-1].line_bytes, periods[dram.clock]),
     )
-    return PhaseMachine(spec, names, machine.clocks[core.clock] * periods[core.clock])
+    capacity = dram.channels * dram.banks * dram.rows * dram.row_bytes
+    return PhaseMachine(spec, names, machine.clocks[core.clock] * periods[core.clock], capacity)
 
 
 def _supply(machine: MachineConfig, core: CoreConfig) -> tuple[UnitSpec, FifoSpec]:

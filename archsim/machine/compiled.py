@@ -144,7 +144,7 @@ def _with_next_chunk(spec: MachineSpec, state: State, work: Work) -> State:
     end = loaded.first_task + len(loaded.starts) - 1
     first_needed = min(int(wanted[wanted != NO_TASK].min()), end)
 
-    threads["cursor"] -= loaded.starts[first_needed - loaded.first_task]
+    threads["cursor"] -= np.uint32(loaded.starts[first_needed - loaded.first_task])
     return state._replace(tasks=load_next(spec, loaded, work.chunks, first_needed))
 
 

@@ -16,9 +16,9 @@ STALL_SUPPLIER = 2
 
 
 class Counters(NamedTuple):
-    """Counters of one phase. [C] cores, [K] caches, [H] DRAM channels; see machine/README.md for each definition."""
+    """Counters of one phase. [C] cores, [K] caches, [H] DRAM channels; README.md says when things happen."""
 
-    cycles: int  # core cycles until the last thread found no work left
+    cycles: int  # core cycles until the last task was finished
     useful: np.ndarray  # [C] issue slots in which an instruction was issued
     stalled: np.ndarray  # [C, 2 + K + 1] empty issue slots by reason
     tasks: np.ndarray  # [C] tasks finished
@@ -36,8 +36,8 @@ class Counters(NamedTuple):
     cache_writebacks_out: np.ndarray  # [K] dirty victims sent to the next level
     cache_blocked: np.ndarray  # [K] cycles in which the oldest waiting request could not be accepted
     cache_fetch_ticks: np.ndarray  # [K] ticks from a fetch reaching the next level to its fill, summed
-    dram_reads: np.ndarray  # [H] read requests served (last burst issued)
-    dram_writes: np.ndarray  # [H] write requests served (last burst issued)
+    dram_reads: np.ndarray  # [H] read requests whose column command was issued
+    dram_writes: np.ndarray  # [H] write requests whose column command was issued
     dram_row_hits: np.ndarray  # [H] requests whose row was open when first considered
     dram_row_misses: np.ndarray  # [H] requests whose bank was closed when first considered
     dram_row_conflicts: np.ndarray  # [H] requests that met another open row when first considered

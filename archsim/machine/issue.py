@@ -8,7 +8,7 @@ from archsim.machine.state import Machine, State
 from archsim.model.cache.compiled import READ, WRITE, Request
 from archsim.model.compiled import NEVER, inlined_step, step
 from archsim.model.core import compiled as core_model
-from archsim.model.core.compiled import NO_TASK, NO_THREAD
+from archsim.model.core.compiled import NO_TASK
 from archsim.model.core.spec import TaskOrder
 from archsim.model.fifo import compiled as fifo_model
 from archsim.model.locks import compiled as locks_model
@@ -44,11 +44,13 @@ def make_task(spec: Machine, state: State, cycle):
 
 @inlined_step
 def issue(spec: Machine, state: State, cycle, core):
-    """The core issues at most one instruction in `cycle`."""
+    """The core's threads that are due wake in `cycle`, and it issues at most one instruction."""
+    core_model.wake_due(state.core, cycle, core)
     while True:
-        number, word, bit = core_model.pick(spec.core, state.core, core)
-        if number == NO_THREAD:
+        word, bit = core_model.pick(state.core, core)
+        if bit == 0:
             return EMPTY
+        number = core_model.number_of(state.core, word, bit)
         thread = state.core.threads[number]
         if thread["compute_left"] > 0 or thread["op"] != Op.END:
             break

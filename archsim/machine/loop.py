@@ -10,8 +10,8 @@ from archsim.jit import njit
 from archsim.machine.issue import BAD_UNLOCK, ISSUED, NEEDS_TASKS, issue, make_task, source_due
 from archsim.machine.memory import deliver_due, look_up_due, play_dram
 from archsim.machine.state import Machine, State
-from archsim.model.compiled import NEVER, inlined_step, step
-from archsim.model.core.compiled import next_wake, wake_due
+from archsim.model.compiled import NEVER, inlined_step
+from archsim.model.core.compiled import next_wake
 
 OVER, NEEDS_ROOM = BAD_UNLOCK + 1, BAD_UNLOCK + 2  # why `play` returns, besides NEEDS_TASKS and BAD_UNLOCK
 
@@ -26,7 +26,6 @@ def play(spec: Machine, state: State):
     while cycle != NEVER:
         if run["horizon"] <= cycle:
             _begin(spec, state, cycle)
-        wake_due(state.core, cycle)
         issued = first_core
         for core in range(first_core, spec.core.num_cores):
             status = issue(spec, state, cycle, core)
@@ -47,7 +46,7 @@ def play(spec: Machine, state: State):
     return OVER
 
 
-@step
+@inlined_step
 def _begin(spec, state, cycle):
     """Phase 0 of `cycle`: fills, then the source."""
     if state.run[0]["next_answer"] <= cycle:

@@ -34,10 +34,9 @@ class Machine(NamedTuple):
     spare_slots: int  # free slots that a queue needs at the beginning of a cycle
 
 
-_RUN_FIELDS = (
+_RUN_FIELDS = (  # times in core cycles
     "cycle",  # being played; the last one when the run is over
     "horizon",  # until the end of this cycle nothing can happen but issues and hits of private caches
-    "next_core",  # first core that has not issued in `cycle`
     "next_answer",  # when the first answer on its way arrives
     "next_lookup",  # when the first cache has a request to look up
     "finished",  # tasks
@@ -46,7 +45,7 @@ _RUN_FIELDS = (
     "needs_room",  # whether a queue may overflow in the next cycle
     "culprit",  # thread that unlocked what it did not hold
 )
-RUN = record(*_RUN_FIELDS)  # times in core cycles
+RUN = record(*_RUN_FIELDS, indices=("next_core",))  # first core that has not issued in `cycle`
 ANSWER = record("arrival", "rank", "requester")
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -17,32 +18,37 @@ inlined_step = njit(
     error_model="numpy", _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True, forceinline=True
 )
 
-ENDS = np.dtype([("head", np.int64), ("count", np.int64)], align=True)
+
+def record(*fields: str, indices: Sequence[str] = ()) -> np.dtype:
+    """The type of a record of integers. `indices` lie between 0 and 2**32 - 1: compiled code need not wrap them."""
+    return np.dtype(
+        [*((name, np.uint32) for name in indices), *((name, np.int64) for name in fields)], align=True
+    )
+
+
+ENDS = record(indices=("head", "count", "mask"))
 
 
 class QueueState(NamedTuple):
     """Q rings of records that have `arrival` and `rank`; ordered by arrival, then rank, then order of sending."""
 
-    ends: np.ndarray  # ENDS [Q] slot of the oldest item, items in the ring
+    ends: np.ndarray  # ENDS [Q] slot of the oldest item, items in the ring, capacity - 1
     items: np.ndarray  # [Q, capacity] records, capacity a power of two
-
-
-def record(*fields: str) -> np.dtype:
-    """The type of a record of integers."""
-    return np.dtype([(name, np.int64) for name in fields], align=True)
 
 
 def new_queues(num_queues: int, capacity: int, dtype: np.dtype) -> QueueState:
     """Empty rings of at least `capacity` items each."""
     slots = 1 << max(1, (capacity - 1).bit_length())
-    return QueueState(np.zeros(num_queues, ENDS), np.zeros((num_queues, slots), dtype))
+    ends = np.zeros(num_queues, ENDS)
+    ends["mask"] = slots - 1
+    return QueueState(ends, np.zeros((num_queues, slots), dtype))
 
 
 def grown(queues: QueueState) -> QueueState:
     """The same rings with twice the room."""
     num_queues, slots = queues.items.shape
     larger = new_queues(num_queues, 2 * slots, queues.items.dtype)
-    for q, (head, count) in enumerate(queues.ends.tolist()):
+    for q, (head, count, _) in enumerate(queues.ends.tolist()):
         larger.items[q, :count] = np.roll(queues.items[q], -head)[:count]
         larger.ends["count"][q] = count
     return larger
@@ -51,13 +57,13 @@ def grown(queues: QueueState) -> QueueState:
 @inlined_step
 def num_items(queues, q):
     """Items in the ring."""
-    return queues.ends[q]["count"]
+    return np.int64(queues.ends[q]["count"])
 
 
 @inlined_step
 def slot_of(queues, q, position):
     """Slot of the item that has `position` older items before it."""
-    return (queues.ends[q]["head"] + position) & (queues.items.shape[1] - 1)
+    return (position + queues.ends[q]["head"]) & np.int64(queues.ends[q]["mask"])
 
 
 @inlined_step
@@ -69,7 +75,7 @@ def oldest(queues, q):
 @step
 def insert(queues, q, arrival, rank):
     """Slot of a new item, placed behind all that arrive no later (equal arrival: no higher rank)."""
-    position = queues.ends[q]["count"]
+    position = num_items(queues, q)
     queues.ends[q]["count"] += 1
     slot = slot_of(queues, q, position)
     while position > 0:

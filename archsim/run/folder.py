@@ -127,10 +127,11 @@ def load_folder(path: Path) -> StoredRun:
     if not (path / MANIFEST).is_file():
         raise fail(f"is not an archsim run: it has no {MANIFEST}", Location(str(path)))
 
-    tree = _read_json(path / "result.json")
+    tree, manifest = _read_json(path / "result.json"), _read_json(path / MANIFEST)
     try:
         result = Result(
             name=tree["name"],
+            scene_digest=manifest["scene_digest"],
             summary=tree["summary"],
             statistics=[Statistic(**_finite(item)) for item in tree["statistics"]],
             checks=[Check(**item) for item in tree["checks"]],
@@ -140,7 +141,7 @@ def load_folder(path: Path) -> StoredRun:
         )
     except (KeyError, TypeError) as error:
         raise fail(f"is not a result: {error}", Location(str(path / "result.json"))) from None
-    return StoredRun(path, result, _read_text(path / "config.yaml"), _read_json(path / MANIFEST))
+    return StoredRun(path, result, _read_text(path / "config.yaml"), manifest)
 
 
 def fill_run(folder: Path, files: RunFiles) -> None:

@@ -15,13 +15,13 @@ from archsim.machine.build import PhaseMachine, phase_machine
 from archsim.machine.counters import Counters, added, no_counters
 from archsim.machine.play import play
 from archsim.raster.eye_view import eye_view
-from archsim.run.izb_figures import fragment_histogram, fragments_of_samples, list_histogram, list_map
+from archsim.run.izb_figures import cell_map, fragment_histogram, fragments_of_samples, list_histogram
 from archsim.run.izb_statistics import BUILD, RASTER, paper_ratios, summary, workload_statistics
-from archsim.run.izb_work import method_of
+from archsim.run.izb_work import check_machine, method_of
 from archsim.run.metrics import phase_checks, phase_statistics
 from archsim.run.progress import Progress
 from archsim.run.result import Check, Result
-from archsim.scene.scene import Scene, load_scene
+from archsim.scene.scene import Scene, digest, load_scene
 from archsim.shadow import izb
 from archsim.shadow.grid import Grid
 from archsim.shadow.pixel_tiles import untile
@@ -72,6 +72,7 @@ def _simulate_face(
     expected = run_face(plan, grid, _sample_order(plan, tiles))
 
     memory = izb_memory.lay_out(grid, plan.tiles)
+    check_machine(machines.build, memory)
     build, built = _played(
         machines.build,
         build_work(memory, grid, plan.tiles, plan.transform, tiles),
@@ -92,7 +93,7 @@ def _simulate_face(
         _check(f"{BUILD}: instructions issued", built == int(build.useful.sum()), built),
         _check(f"{RASTER}: instructions issued", rastered == int(raster.useful.sum()), rastered),
         _check(f"{RASTER}: 5 a fragment, 7 a node, 2 a hit", _explained(expected) == rastered, rastered),
-        _check("fragments emitted = tested", len(emitted[0]) == int(raster.emitted.sum()), len(emitted[0])),
+        _check("fragments emitted = played", len(emitted[0]) == int(raster.emitted.sum()), len(emitted[0])),
     ]
     return FaceResult(build, raster, izb.in_shadow(tested, expected.samples), expected, checks)
 
@@ -182,7 +183,11 @@ def _result(
     build = reduce(added, (face.build for face in faces), no_counters(machines.build.spec))
     raster = reduce(added, (face.raster for face in faces), no_counters(machines.raster.spec))
     shadow, fragments = _images(scene, *simulated)
-    checks = [check for face in faces for check in face.checks]
+    checks = [
+        check if len(faces) == 1 else check._replace(name=f"light view {number}: {check.name}")
+        for number, face in enumerate(faces)
+        for check in face.checks
+    ]
     checks += phase_checks(BUILD, machines.build, build) + phase_checks(RASTER, machines.raster, raster)
     statistics = [
         *workload_statistics(workload, len(faces), shadow),
@@ -193,9 +198,11 @@ def _result(
     outcomes = [face.outcome for face in faces]
     maps = {"Framebuffer fragments of each pixel": fragments}
     if outcomes:
-        maps["List length over the logical grid, first light view"] = list_map(outcomes[0], grid)
+        maps["Samples in each logical cell, first light view"] = cell_map(outcomes[0], grid)
     histograms = [list_histogram(outcomes, grid), fragment_histogram(outcomes)]
-    return Result(name, summary(statistics, checks), statistics, checks, shadow, histograms, maps)
+    return Result(
+        name, digest(scene), summary(statistics, checks), statistics, checks, shadow, histograms, maps
+    )
 
 
 def _images(scene: Scene, plans: list[FacePlan], faces: list[FaceResult]) -> tuple[np.ndarray, np.ndarray]:

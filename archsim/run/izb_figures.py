@@ -28,7 +28,7 @@ def fragments_of_samples(outcome: Outcome) -> np.ndarray:
     return np.bincount(outcome.fragments.sample, minlength=len(outcome.samples.cell)).astype(np.int32)
 
 
-def list_map(outcome: Outcome, grid: Grid) -> np.ndarray:
+def cell_map(outcome: Outcome, grid: Grid) -> np.ndarray:
     """float32 [logical rows, logical columns] samples in each logical cell, NaN where there are none."""
     cell = outcome.samples.cell[_placed(outcome)]
     flat = np.bincount(cell[:, 1] * grid.logical_width + cell[:, 0], minlength=grid.num_logical_cells)

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+from archsim.errors import ArchsimError, Problem, fail
 from archsim.execute import izb_memory
 from archsim.execute.izb_build import build_work, tile_order
+from archsim.execute.izb_memory import IzbMemory
 from archsim.execute.izb_raster import raster_work
-from archsim.machine.build import phase_machine
+from archsim.isa.program import NUM_LOCKS
+from archsim.machine.build import PhaseMachine, phase_machine
+from archsim.machine.spec import MachineSpec
 from archsim.raster.eye_view import eye_view
 from archsim.run.izb_statistics import BUILD
 from archsim.scene.scene import load_scene
@@ -22,6 +26,9 @@ class Recorded(NamedTuple):
 
     build: list[Tasks]
     raster: list[Tasks]
+    block_threads: (
+        int | None
+    )  # build threads that `tile_order: block` dealt the tiles to, None if interleaved
 
 
 def method_of(workload: Any) -> Method:
@@ -46,9 +53,31 @@ def _record(plan: FacePlan, grid: Grid, num_threads: int, block: bool) -> Record
     build = list(build_work(memory, grid, plan.tiles, plan.transform, order).chunks)
     cells = grid_fragments(plan, izb_memory.stencil(memory, grid), grid)
     raster = raster_work(memory, grid, plan.occluders, cells, lambda samples, depths: None)
-    return Recorded(build, list(raster.chunks))
+    return Recorded(build, list(raster.chunks), num_threads if block else None)
 
 
-def replay(chunks: list[Tasks]) -> Work:
-    """Recorded tasks as work to be played once more."""
+def replay(work: Recorded, phase: str, spec: MachineSpec) -> Work:
+    """A phase of recorded work, to be played once more, on a machine. ArchsimError if it was dealt to another."""
+    num_threads = spec.core.num_cores * spec.core.num_threads
+    if phase == BUILD and work.block_threads not in (None, num_threads):
+        raise fail(
+            f"tiles were dealt in blocks to {work.block_threads} threads, the machine has {num_threads}"
+        )
+    chunks = work.build if phase == BUILD else work.raster
     return Work(sum(tasks.num_tasks for tasks in chunks), iter(chunks))
+
+
+def check_machine(build: PhaseMachine, memory: IzbMemory) -> None:
+    """Raise ArchsimError if the kernels cannot run on the machine: too few locks, too little memory."""
+    problems = []
+    if build.spec.locks.num_locks < NUM_LOCKS:
+        what = (
+            f"the kernels use {NUM_LOCKS} locks, the machine's `locks` has count {build.spec.locks.num_locks}"
+        )
+        problems.append(Problem(None, what))
+    needed = memory.windows[1].base + memory.windows[1].size
+    if needed > build.dram_bytes:
+        what = f"the arrays of this run end at {needed} bytes, the machine's `dram` holds {build.dram_bytes}"
+        problems.append(Problem(None, what, "raise its rows, row_bytes, banks or channels"))
+    if problems:
+        raise ArchsimError(problems)

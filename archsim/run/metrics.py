@@ -1,4 +1,4 @@
-"""Counters of a phase as named statistics, and the laws they obey. Ratios are made here and nowhere else."""
+"""Counters of a phase as named statistics, and the laws they obey. Ratios of counters are made here."""
 
 from __future__ import annotations
 
@@ -122,7 +122,12 @@ def _cache_statistics(machine: PhaseMachine, counters: Counters, name: str, add:
     )
     add(f"{name}.hit_percent", percent(total(counters.cache_hits), accesses), "%", "Hits over accesses.")
     lookups = counters.cycles * sum(machine.spec.caches[index].num_ports for index in own)
-    add(f"{name}.port_percent", percent(accesses, lookups), "%", "Accesses over what the ports could take.")
+    add(
+        f"{name}.port_percent",
+        percent(accesses, lookups),
+        "%",
+        "Accesses over what the ports could take in `cycles`.",
+    )
     blocked = total(counters.cache_blocked)
     add(
         f"{name}.blocked_cycles",
@@ -176,7 +181,12 @@ def _dram_statistics(machine: PhaseMachine, counters: Counters, add: Add) -> Non
         "Bytes over core cycles.",
     )
     busy = percent(counters.dram_data_clocks.sum(), clocks * spec.dram.num_channels)
-    add("dram.bus_percent", busy, "%", "Share of memory clocks in which a data bus carried data.")
+    add(
+        "dram.bus_percent",
+        busy,
+        "%",
+        "Clocks in which a data bus carried data over those in `cycles`.",
+    )
 
 
 def phase_checks(phase: str, machine: PhaseMachine, counters: Counters) -> list[Check]:

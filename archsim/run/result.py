@@ -36,6 +36,7 @@ class Result(NamedTuple):
     """A finished run."""
 
     name: str
+    scene_digest: str  # of the scene that was simulated
     summary: dict[str, Any]  # plain JSON values: the few numbers a person asks for first
     statistics: list[Statistic]
     checks: list[Check]

@@ -44,9 +44,9 @@ def main() -> None:
         for name, overrides in VARIANTS.items():
             config = load_run(path, overrides)
             columns = []
-            for role, chunks in (("izb_build", work.build), ("izb_raster", work.raster)):
+            for role in ("izb_build", "izb_raster"):
                 spec = phase_machine(config.machine, role).spec
-                counters = play("compiled", spec, replay(chunks))
+                counters = play("compiled", spec, replay(work, role, spec))
                 slots = counters.cycles * spec.core.num_cores
                 miss = counters.cache_fetch_ticks[-1] / counters.cache_fetches[-1] / spec.core.period_ticks
                 columns += [f"{100 * counters.useful.sum() / slots:.2f}", f"{miss:.1f}"]

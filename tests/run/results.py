@@ -7,6 +7,7 @@ from archsim.run.result import Check, Histogram, Result, Statistic
 MANIFEST = {
     "archsim": "0.1.0",
     "code_digest": "c0de",
+    "scene_digest": "5cene",
     "command": ["archsim", "run", "<made & up>"],
     "wall_seconds": 1.5,
     "packages": {"numpy": "2.0"},
@@ -57,6 +58,7 @@ def make_result(**changes) -> Result:
     shadow[0, 1] = shadow[2, 3] = True
     result = Result(
         name="made_up",
+        scene_digest="5cene",
         summary={"workload.samples": 12, "izb_build.cycles": 123456, "checks_passed": True},
         statistics=statistics,
         checks=[Check("a law", True, "1 = 1")],

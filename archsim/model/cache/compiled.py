@@ -32,33 +32,27 @@ class Request(NamedTuple):
     requester: int
 
 
-_SPEC_FIELDS = (
+_SPEC_INDICES = (
     "set_mask",
-    "num_ways",
     "line_shift",
     "hit_cycles",
     "num_mshrs",
     "num_targets",
     "num_ports",
-    "parent",
     "first_set",  # where the cache's sets begin among those of all caches
 )
 _WAY_FIELDS = (
-    "tag",  # line number if present, its complement if on its way, _INVALID if there is none
     "used",  # the cache's lookup that used the way last, 0 for never
     "is_dirty",  # whether the line differs from the next level
-    "mshr",  # of a line on its way
 )
-_MSHR_FIELDS = (
+_MSHR_INDICES = (
     "set",  # and
     "way",  # that wait for the line
-    "arrival",  # cycle in which the fetch reaches the next level
     "num_waiting",  # targets
     "free",  # entry of the cache's stack of free MSHRs
 )
 _CACHE_FIELDS = (
     "num_lookups",  # accepted requests
-    "num_free",  # free MSHRs
     "fetch",  # MSHR of the last miss, or NO_MSHR if nothing is fetched
     "victim",  # dirty line replaced by the last miss, or NO_LINE
     "lookup_due",  # cycle of the next lookup, or NEVER
@@ -68,10 +62,10 @@ _CACHE_FIELDS = (
     "blocked",  # cycles, without those since `blocked_since`
     "fetch_cycles",  # from `arrival` to the fill, summed
 )
-CACHE_SPEC = record(*_SPEC_FIELDS)
-WAY = record(*_WAY_FIELDS)
-MSHR = record(*_MSHR_FIELDS)
-CACHE = record(*_CACHE_FIELDS)
+CACHE_SPEC = record("parent", "num_ways", indices=_SPEC_INDICES)
+WAY = record(*_WAY_FIELDS, indices=("mshr",))  # the MSHR of a line on its way
+MSHR = record("arrival", indices=_MSHR_INDICES)  # cycle in which the fetch reaches the next level
+CACHE = record(*_CACHE_FIELDS, indices=("num_free",))  # free MSHRs
 WAITING = record("arrival", "rank", *Request._fields)
 
 
@@ -79,7 +73,9 @@ class CacheState(NamedTuple):
     """K caches, R sets of all caches, at most A ways a set, M MSHRs a cache, T targets an MSHR."""
 
     caches: np.ndarray  # CACHE [K]
+    tags: np.ndarray  # [R, A] line number if present, its complement if on its way, _INVALID if there is none
     ways: np.ndarray  # WAY [R, A]
+    last_way: np.ndarray  # uint32 [R] way of the set that was used last
     mshrs: np.ndarray  # MSHR [K, M]
     targets: np.ndarray  # [K, M, T] requesters that wait for the line
     inbox: QueueState  # WAITING [K] requests sent and not yet accepted
@@ -108,13 +104,14 @@ def new_caches(spec: np.ndarray, inbox_capacity: int) -> CacheState:
     caches["num_free"] = spec["num_mshrs"]
     caches["lookup_due"] = NEVER
     caches["blocked_since"] = NOT_BLOCKED
-    ways = np.zeros((int((spec["set_mask"] + 1).sum()), num_ways), WAY)
-    ways["tag"] = _INVALID
+    num_sets = sum(int(mask) + 1 for mask in spec["set_mask"])
     mshrs = np.zeros((num_caches, num_mshrs), MSHR)
     mshrs["free"] = np.arange(num_mshrs)
     return CacheState(
         caches=caches,
-        ways=ways,
+        tags=np.full((num_sets, num_ways), _INVALID),
+        ways=np.zeros((num_sets, num_ways), WAY),
+        last_way=np.zeros(num_sets, np.uint32),
         mshrs=mshrs,
         targets=np.zeros((num_caches, num_mshrs, num_targets), np.int64),
         inbox=new_queues(num_caches, inbox_capacity, WAITING),
@@ -123,10 +120,19 @@ def new_caches(spec: np.ndarray, inbox_capacity: int) -> CacheState:
 
 
 @inlined_step
-def _use(state, cache, request, way, outcome):
-    """The request is accepted: its line is the most recently used, and dirty if written."""
+def _row_of(spec, line):
+    """Set that the line belongs to, among those of all caches."""
+    return spec["first_set"] + (line & spec["set_mask"])
+
+
+@inlined_step
+def _use(state, cache, request, place, outcome):
+    """The request is accepted: the line at this place (set, way) is the most recently used, and dirty if written."""
+    row, number = place
     state.accepted[cache, request.kind, outcome] += 1
     state.caches[cache]["num_lookups"] += 1
+    state.last_way[row] = number
+    way = state.ways[row, number]
     way["used"] = state.caches[cache]["num_lookups"]
     if request.kind != READ:
         way["is_dirty"] = 1
@@ -136,30 +142,31 @@ def _use(state, cache, request, way, outcome):
 def hits(spec, state, cache, request):
     """Whether the line is present; if so, the request is accepted."""
     line = request.address >> spec[cache]["line_shift"]
-    row = spec[cache]["first_set"] + (line & spec[cache]["set_mask"])
-    hit = NO_WAY
-    for way in range(spec[cache]["num_ways"]):  # without a way out: where a line lies cannot be predicted
-        hit = way if state.ways[row, way]["tag"] == line else hit
-    if hit == NO_WAY:
-        return False
-    _use(state, cache, request, state.ways[row, hit], HIT)
-    return True
+    row = _row_of(spec[cache], line)
+    if state.tags[row, state.last_way[row]] == line:
+        _use(state, cache, request, (row, state.last_way[row]), HIT)
+        return True
+    for way in range(spec[cache]["num_ways"]):
+        if state.tags[row, way] == line:
+            _use(state, cache, request, (row, way), HIT)
+            return True
+    return False
 
 
 @step
 def accept_absent(spec, state, cycle, cache, request):
     """MERGE, MISS (then `fetch` and `victim` say what to send) or REFUSED for a line that is not present in `cycle`."""
     line = request.address >> spec[cache]["line_shift"]
-    row = spec[cache]["first_set"] + (line & spec[cache]["set_mask"])
+    row = _row_of(spec[cache], line)
     coming, victim, oldest = NO_WAY, NO_WAY, NEVER
     for way in range(spec[cache]["num_ways"]):
-        tag, used = state.ways[row, way]["tag"], state.ways[row, way]["used"]
+        tag, used = state.tags[row, way], state.ways[row, way]["used"]
         is_older = (used < oldest) & ((tag >= 0) | (tag == _INVALID))
         coming = way if tag == ~line else coming
         victim = way if is_older else victim
         oldest = used if is_older else oldest
     if coming != NO_WAY:
-        return _merge(spec, state, cache, request, state.ways[row, coming])
+        return _merge(spec, state, cache, request, (row, coming))
 
     is_whole = (
         request.kind == WRITEBACK and spec[request.requester]["line_shift"] == spec[cache]["line_shift"]
@@ -167,26 +174,26 @@ def accept_absent(spec, state, cycle, cache, request):
     if victim == NO_WAY or (state.caches[cache]["num_free"] == 0 and not is_whole):
         return REFUSED
 
-    way = state.ways[row, victim]
-    _replace(state.caches[cache], way)
-    way["tag"] = line
+    _replace(state, state.caches[cache], (row, victim))
+    state.tags[row, victim] = line
     if not is_whole:
-        way["tag"] = ~line
-        way["mshr"] = _expect(state, cycle + spec[cache]["hit_cycles"], cache, row, victim)
+        state.tags[row, victim] = ~line
+        mshr = _expect(state, cycle + spec[cache]["hit_cycles"], cache, (row, victim))
         if request.kind != WRITEBACK:
-            _add_target(state, cache, way["mshr"], request.requester)
-    _use(state, cache, request, way, MISS)
+            _add_target(state, cache, mshr, request.requester)
+    _use(state, cache, request, (row, victim), MISS)
     return MISS
 
 
 @step
-def _merge(spec, state, cache, request, way):
-    """MERGE the request with the fetch of the way's line, or REFUSED."""
+def _merge(spec, state, cache, request, place):
+    """MERGE the request with the fetch of the line at this place, or REFUSED."""
     if request.kind != WRITEBACK:
-        if state.mshrs[cache, way["mshr"]]["num_waiting"] == spec[cache]["num_targets"]:
+        mshr = state.ways[place]["mshr"]
+        if state.mshrs[cache, mshr]["num_waiting"] == spec[cache]["num_targets"]:
             return REFUSED
-        _add_target(state, cache, way["mshr"], request.requester)
-    _use(state, cache, request, way, MERGE)
+        _add_target(state, cache, mshr, request.requester)
+    _use(state, cache, request, place, MERGE)
     return MERGE
 
 
@@ -199,29 +206,29 @@ def _add_target(state, cache, mshr, requester):
 
 
 @step
-def _replace(cache, way):
-    """The way's line leaves; `victim` keeps it if it is dirty."""
+def _replace(state, cache, place):
+    """The line at this place leaves; `victim` keeps it if it is dirty."""
     cache["fetch"] = NO_MSHR
     cache["victim"] = NO_LINE
-    if way["is_dirty"] != 0:
-        cache["victim"] = way["tag"]
+    if state.ways[place]["is_dirty"] != 0:
+        cache["victim"] = state.tags[place]
         cache["writebacks_out"] += 1
-    way["is_dirty"] = 0
+    state.ways[place]["is_dirty"] = 0
 
 
 @step
-def _expect(state, arrival, cache, row, way):
+def _expect(state, arrival, cache, place):
     """A free MSHR becomes `fetch`, for a line that is asked for at the next level in cycle `arrival`."""
     owner = state.caches[cache]
     owner["num_free"] -= 1
     owner["fetches"] += 1
     number = state.mshrs[cache, owner["num_free"]]["free"]
     mshr = state.mshrs[cache, number]
-    mshr["set"] = row
-    mshr["way"] = way
+    mshr["set"], mshr["way"] = place
     mshr["arrival"] = arrival
     mshr["num_waiting"] = 0
     owner["fetch"] = number
+    state.ways[place]["mshr"] = number
     return number
 
 
@@ -229,8 +236,8 @@ def _expect(state, arrival, cache, row, way):
 def fill(state, cycle, cache, number):
     """The MSHR's line is here in `cycle`; the caller answers its targets. A refused request tries again."""
     owner, mshr = state.caches[cache], state.mshrs[cache, number]
-    way = state.ways[mshr["set"], mshr["way"]]
-    way["tag"] = ~way["tag"]
+    place = mshr["set"], mshr["way"]
+    state.tags[place] = ~state.tags[place]
     state.mshrs[cache, owner["num_free"]]["free"] = number
     owner["num_free"] += 1
     owner["fetch_cycles"] += cycle - mshr["arrival"]

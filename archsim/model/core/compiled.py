@@ -13,36 +13,39 @@ from archsim.model.compiled import inlined_step, record, step
 from archsim.model.core.spec import CoreSpec, TaskOrder
 from archsim.trace.records import Op
 
-NO_THREAD = -1
 NO_TASK = -1
-NO_WORD = -1
 _NO_WORK = 0  # reason of an empty slot
 _WORD_BITS = 32
 _DE_BRUIJN = 0x077CB531
 _BIT_OF = np.array([(_DE_BRUIJN << bit & 0xFFFFFFFF) >> 27 for bit in range(32)], np.int64).argsort()
 
 
-_THREAD_FIELDS = (
+_THREAD_INDICES = (
     "word",  # which word of the sets of threads holds its bit
-    "bit",  # its bit
     "cursor",  # current record among the loaded ones
+    "reason",  # why it last waited
+)
+_THREAD_FIELDS = (
+    "bit",  # its bit
     "compute_left",  # one-cycle instructions left of the record
     "op",  # Op that closes the record; END also for a thread without a task
     "task",  # being run, or NO_TASK
     "next_task",  # already meant for the thread, or NO_TASK
-    "reason",  # why it last waited
+)
+_CORE_INDICES = (
+    "first_word",  # where its threads begin in a set of threads
+    "num_words",  # of its threads
+    "word",  # in which the round goes on,
 )
 _CORE_FIELDS = (
-    "first_word",  # where its threads begin in a set of threads
-    "word",  # in which the round goes on,
     "ahead",  # with these of its bits
     "after_issue",  # core cycle after the last issue
     "useful",  # slots with an issue
     "tasks",  # finished
     "emitted",  # EMIT operations
 )
-THREAD = record(*_THREAD_FIELDS)  # a line of the host's cache
-CORE = record(*_CORE_FIELDS)
+THREAD = record(*_THREAD_FIELDS, indices=_THREAD_INDICES)  # at most a line of the host's cache
+CORE = record(*_CORE_FIELDS, indices=_CORE_INDICES)
 
 
 class CoreState(NamedTuple):
@@ -50,10 +53,9 @@ class CoreState(NamedTuple):
 
     threads: np.ndarray  # THREAD [N]
     cores: np.ndarray  # CORE [C]
-    first_of: np.ndarray  # [W] number of the thread that the word's lowest bit stands for
+    first_of: np.ndarray  # uint32 [W] number of the thread that the word's lowest bit stands for
     ready: np.ndarray  # [W] set of threads that can issue
     wake: np.ndarray  # [S, W] sets that become ready in the next core cycle that is `slot` modulo S
-    wakes: np.ndarray  # [S] whether the slot's set may hold anybody
     stalled: np.ndarray  # [C, reasons] slots without an issue
     idle: np.ndarray  # [N] ring of idle threads
     idle_ends: np.ndarray  # [2] longest idle thread and end of the line, counted from the start of the run
@@ -78,6 +80,7 @@ def new_cores(spec: CoreSpec, num_reasons: int, longest_wake_cycles: int) -> Cor
     np.bitwise_or.at(ready, threads["word"], threads["bit"])
     cores = np.zeros(spec.num_cores, CORE)
     cores["first_word"] = cores["word"] = np.arange(spec.num_cores) * words_per_core
+    cores["num_words"] = words_per_core
     cores["ahead"] = -1
     return CoreState(
         threads=threads,
@@ -87,44 +90,41 @@ def new_cores(spec: CoreSpec, num_reasons: int, longest_wake_cycles: int) -> Cor
         ),
         ready=ready,
         wake=np.zeros((num_slots, num_words), np.int64),
-        wakes=np.zeros(num_slots, np.bool_),
         stalled=np.zeros((spec.num_cores, num_reasons), np.int64),
         idle=np.zeros(num_threads, np.int64),
         idle_ends=np.zeros(2, np.int64),
     )
 
 
-@inlined_step
-def _lowest_bit(bit):
-    """Number of a bit of a word of 32 bits."""
-    return _BIT_OF[(bit * _DE_BRUIJN & 0xFFFFFFFF) >> 27]
-
-
 @step
-def _next_word(ready, owner, num_threads):
-    """The core's next word, cyclic, that has a ready thread, or NO_WORD."""
-    word, first = owner["word"], owner["first_word"]
-    num_words = (num_threads + _WORD_BITS - 1) // _WORD_BITS
-    for _ in range(num_words):
-        word = word + 1 if word + 1 < first + num_words else first
-        if ready[word] != 0:
+def _next_word(ready, owner):
+    """The core's next word, cyclic, that has a ready thread; if none has, the word where the round goes on."""
+    word, first = np.int64(owner["word"]), np.int64(owner["first_word"])
+    end = first + owner["num_words"]
+    while True:
+        word = word + 1 if word + 1 < end else first
+        if ready[word] != 0 or word == owner["word"]:
             return word
-    return NO_WORD
 
 
 @inlined_step
-def pick(spec, state, core):
-    """First ready thread of the core where the round goes on: its number, or NO_THREAD, its word and its bit."""
+def pick(state, core):
+    """Word and bit of the core's first ready thread where the round goes on; the bit is 0 if there is none."""
     owner = state.cores[core]
-    word = owner["word"]
-    threads = state.ready[word] & owner["ahead"]
-    if threads == 0:
-        word = _next_word(state.ready, owner, spec.num_threads)
-        if word == NO_WORD:
-            return NO_THREAD, word, 0
+    word = np.int64(owner["word"])
+    threads = state.ready[word]
+    ahead = threads & owner["ahead"]
+    if ahead == 0 and owner["num_words"] > 1:
+        word = _next_word(state.ready, owner)
         threads = state.ready[word]
-    bit = threads & -threads
-    return state.first_of[word] + _lowest_bit(bit), word, bit
+    first = ahead if ahead != 0 else threads
+    return word, first & -first
+
+
+@inlined_step
+def number_of(state, word, bit):
+    """Number of the thread with this bit."""
+    return state.first_of[word] + (_BIT_OF[(bit * _DE_BRUIJN & 0xFFFFFFFF) >> 27] & 31)
 
 
 @inlined_step
@@ -142,29 +142,28 @@ def wake_now(state, thread):
 @inlined_step
 def wake_at(state, cycle, thread):
     """The thread becomes ready in `cycle`, which is less than S cycles ahead."""
-    slot = cycle & (len(state.wakes) - 1)
-    state.wakes[slot] = True
-    state.wake[slot, thread["word"]] |= thread["bit"]
+    state.wake[cycle & (len(state.wake) - 1), thread["word"]] |= thread["bit"]
 
 
 @inlined_step
-def wake_due(state, cycle):
-    """Threads whose wait ends in `cycle` become ready."""
-    slot = cycle & (len(state.wakes) - 1)
-    if state.wakes[slot]:
-        state.wakes[slot] = False
-        for word in range(len(state.ready)):
-            state.ready[word] |= state.wake[slot, word]
-            state.wake[slot, word] = 0
+def wake_due(state, cycle, core):
+    """The core's threads whose wait ends in `cycle` become ready."""
+    slot, word = cycle & (len(state.wake) - 1), np.int64(state.cores[core]["first_word"])
+    state.ready[word] |= state.wake[slot, word]
+    state.wake[slot, word] = 0
+    for more in range(1, state.cores[core]["num_words"]):
+        state.ready[word + more] |= state.wake[slot, word + more]
+        state.wake[slot, word + more] = 0
 
 
 @step
 def next_wake(state, cycle, limit):
     """First cycle after `cycle` and before `limit` in which a wait ends by itself, or `limit`."""
-    num_slots = len(state.wakes)
+    num_slots, num_words = state.wake.shape
     for later in range(cycle + 1, min(cycle + num_slots, limit)):
-        if state.wakes[later & (num_slots - 1)]:
-            return later
+        for word in range(num_words):
+            if state.wake[later & (num_slots - 1), word] != 0:
+                return later
     return limit
 
 

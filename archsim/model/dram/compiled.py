@@ -27,7 +27,6 @@ from archsim.model.dram.spec import DramSpec, Scheduler
 CLOSED = -1  # no row is open
 NO_REQUESTER = 0  # fetches have numbers below 0
 
-_QUEUED_FIELDS = ("arrival", "rank", "bank", "row", "bursts", "is_write", "requester")
 _BANK_FIELDS = (
     "open_row",  # row in the row buffer, or CLOSED
     "read",  # earliest RD
@@ -38,13 +37,11 @@ _BANK_FIELDS = (
     "seen",  # last wake-up at which the bank's oldest considered request was looked at
 )
 _CHANNEL_FIELDS = (
-    "due",  # next clock at which the channel must be woken
     "read",  # earliest RD
     "write",  # earliest WR
     "act",  # earliest ACT
     "last_burst",  # column command of the last request's last burst
     "next_refresh",  # when a REF is due
-    "window",  # requests that the scheduler sees, all classified
     "wake_ups",  # number of them
 )
 DRAM_COUNTERS = (
@@ -58,9 +55,16 @@ DRAM_COUNTERS = (
     "refreshes",
     "data_clocks",
 )
-QUEUED = record(*_QUEUED_FIELDS)  # arrival in ticks, rank is the cache
+_QUEUED_FIELDS = (
+    "arrival",  # tick
+    "clock",  # first at or after it
+    "rank",  # cache that sent the request
+    "row",
+    "requester",
+)
+QUEUED = record(*_QUEUED_FIELDS, indices=("bank", "bursts", "is_write"))
 BANK = record(*_BANK_FIELDS)
-CHANNEL = record(*_CHANNEL_FIELDS, *DRAM_COUNTERS)
+CHANNEL = record(*_CHANNEL_FIELDS, *DRAM_COUNTERS, indices=("window",))  # requests that the scheduler sees
 
 
 class DramState(NamedTuple):
@@ -69,7 +73,8 @@ class DramState(NamedTuple):
     queue: QueueState  # QUEUED [H] requests that were sent
     banks: np.ndarray  # BANK [H, B]
     channels: np.ndarray  # CHANNEL [H]
-    next_due: np.ndarray  # [2] the first clock at which a channel is due, and the channel
+    due: np.ndarray  # [H] next clock at which the channel must be woken
+    next_due: np.ndarray  # [2] the first of them and its channel
 
 
 def new_dram(spec: DramSpec, queue_capacity: int) -> DramState:
@@ -79,21 +84,16 @@ def new_dram(spec: DramSpec, queue_capacity: int) -> DramState:
     banks["open_row"] = CLOSED
     channels = np.zeros(spec.num_channels, CHANNEL)
     channels["last_burst"] = -1
-    channels["next_refresh"] = channels["due"] = refresh
+    channels["next_refresh"] = refresh
     queue = new_queues(spec.num_channels, queue_capacity, QUEUED)
-    return DramState(queue, banks, channels, np.array([refresh, 0], np.int64))
+    due = np.full(spec.num_channels, refresh)
+    return DramState(queue, banks, channels, due, np.array([refresh, 0], np.int64))
 
 
 @inlined_step
 def field_of(address, field):
     """The bit field of an address."""
     return (address >> field.shift) & ((1 << field.bits) - 1)
-
-
-@inlined_step
-def _clock_of(spec, ticks):
-    """First memory clock at or after a tick."""
-    return (ticks + spec.period_ticks - 1) // spec.period_ticks
 
 
 @step
@@ -104,10 +104,10 @@ def send(spec, state, arrival_ticks, address, rank):
     request = state.queue.items[number, slot]
     request["bank"] = field_of(address, spec.bank)
     request["row"] = field_of(address, spec.row)
-    channel = state.channels[number]
-    channel["due"] = min(channel["due"], _clock_of(spec, arrival_ticks))
-    if channel["due"] < state.next_due[0]:
-        state.next_due[0] = channel["due"]
+    request["clock"] = (arrival_ticks + spec.period_ticks - 1) // spec.period_ticks
+    state.due[number] = min(state.due[number], request["clock"])
+    if state.due[number] < state.next_due[0]:
+        state.next_due[0] = state.due[number]
         state.next_due[1] = number
     return request
 
@@ -136,14 +136,16 @@ def wake_first(spec, state):
     else:
         num_considered, due = _num_considered(spec, state, clock, number)
         due = min(due, channel["next_refresh"])
-        position, others, column_due = _find_column(state, clock, number, num_considered)
+        position, others, command_due = _find_column(state, clock, number, num_considered)
         if position < num_considered:
             requester = _column(spec, state, clock, number, position)
         elif others > 0:
-            due = min(due, _row_command(spec.timing, state, clock, number, num_considered))
-        due = min(due, column_due)
+            command_due = min(command_due, _row_command(spec.timing, state, clock, number, num_considered))
+        if command_due <= clock:  # there was a command
+            command_due = _look_again(state, clock, number)
+        due = min(due, command_due)
     due = min(due, arrival)
-    channel["due"] = due + 1 if _needs_bus(spec.timing, channel, due) else due
+    state.due[number] = due + 1 if _needs_bus(spec.timing, channel, due) else due
     _find_next_due(state)
     return requester
 
@@ -158,10 +160,9 @@ def _needs_bus(timing, channel, clock):
 def _find_next_due(state):
     """Find out which channel is due first; of several the first."""
     first = 0
-    for number in range(1, len(state.channels)):
-        if state.channels[number]["due"] < state.channels[first]["due"]:
-            first = number
-    state.next_due[0] = state.channels[first]["due"]
+    for number in range(1, len(state.due)):
+        first = number if state.due[number] < state.due[first] else first
+    state.next_due[0] = state.due[first]
     state.next_due[1] = first
 
 
@@ -175,8 +176,8 @@ def _classify_arrived(spec, state, clock, number):
     size = min(num_items(state.queue, number), spec.num_queue_entries)
     while channel["window"] < size:
         request = state.queue.items[number, slot_of(state.queue, number, channel["window"])]
-        if request["arrival"] > clock * spec.period_ticks:
-            return _clock_of(spec, request["arrival"])
+        if request["clock"] > clock:
+            return request["clock"]
         _classify(channel, state.banks[number, request["bank"]]["open_row"], request["row"])
         channel["window"] += 1
     return NEVER
@@ -229,7 +230,7 @@ def _num_considered(spec, state, clock, number):
     if spec.scheduler == Scheduler.FCFS:
         return 1, NEVER
 
-    patience_ends = _clock_of(spec, oldest(state.queue, number)["arrival"]) + spec.max_wait_clocks + 1
+    patience_ends = oldest(state.queue, number)["clock"] + spec.max_wait_clocks + 1
     if clock >= patience_ends:
         return 1, NEVER
     return window, patience_ends
@@ -239,7 +240,7 @@ def _num_considered(spec, state, clock, number):
 def _find_column(state, clock, number, num_considered):
     """Position of the first request whose column command may issue in `clock`, else past the end.
 
-    Also returns how many before it do not find their row open, and when to look again.
+    Also returns how many before it do not find their row open, and the first clock in which one may issue.
     """
     channel = state.channels[number]
     due, others = NEVER, 0
@@ -250,14 +251,19 @@ def _find_column(state, clock, number, num_considered):
             others += 1
             continue
         bank["wanted"] = channel["wake_ups"]
-        if request["is_write"] != 0:
-            ready = max(bank["write"], channel["write"])
-        else:
-            ready = max(bank["read"], channel["read"])
+        ready = _column_ready(channel, bank, request)
         if ready <= clock:
-            return position, others, clock + 1
+            return position, others, clock
         due = min(due, ready)
     return num_considered, others, due
+
+
+@inlined_step
+def _column_ready(channel, bank, request):
+    """First clock in which the request can have its RD or WR, its row being open."""
+    if request["is_write"] != 0:
+        return max(bank["write"], channel["write"])
+    return max(bank["read"], channel["read"])
 
 
 @step
@@ -290,7 +296,7 @@ def _column(spec, state, clock, number, position):
 
 @step
 def _row_command(timing, state, clock, number, num_considered):
-    """ACT or PRE in `clock` for the first request that can have it; returns when to look again."""
+    """ACT or PRE in `clock` for the first request that can have it; returns `clock` then, else when to look again."""
     channel = state.channels[number]
     due, wake_up = NEVER, channel["wake_ups"]
     for position in range(num_considered):
@@ -306,9 +312,27 @@ def _row_command(timing, state, clock, number, num_considered):
                 _activate(timing, channel, bank, clock, request["row"])
             else:
                 _precharge(timing, channel, bank, clock)
-            return clock + 1
+            return clock
         due = min(due, ready)
     return due
+
+
+@step
+def _look_again(state, clock, number):
+    """When to look again after a command in `clock`: if a single request is left, when it can have its next command."""
+    channel, num_queued = state.channels[number], num_items(state.queue, number)
+    if num_queued == 0:
+        return NEVER
+    if num_queued > 1 or channel["window"] == 0:
+        return clock + 1
+
+    request = oldest(state.queue, number)
+    bank = state.banks[number, request["bank"]]
+    if bank["open_row"] == CLOSED:
+        return max(clock + 1, max(bank["act"], channel["act"]))
+    if bank["open_row"] == request["row"]:
+        return max(clock + 1, _column_ready(channel, bank, request))
+    return max(clock + 1, bank["pre"])
 
 
 @step
