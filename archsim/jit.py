@@ -7,10 +7,12 @@ of that flag.
 
 from __future__ import annotations
 
+import atexit
 import hashlib
 import os
 import shutil
 import sys
+import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -37,11 +39,19 @@ def code_digest(without: frozenset[str] | set[str] = frozenset()) -> str:
 
 
 def _cache_folder() -> Path:
+    """The folder for this code, made. Where it cannot be, a new temporary one: numba would choose one of its own."""
     root = Path(os.environ.get("ARCHSIM_CACHE_DIR") or platformdirs.user_cache_dir("archsim")) / "numba"
     flavour = os.environ.get("NUMBA_BOUNDSCHECK", "0")
     key = f"{code_digest(_NEVER_COMPILED)[:16]}-b{flavour}-py{sys.version_info.major}{sys.version_info.minor}"
-    _forget_old(root, keep=key)
-    return root / key
+    try:
+        _forget_old(root, keep=key)
+        (root / key).mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=root / key):
+            return root / key
+    except OSError:
+        folder = tempfile.mkdtemp(prefix="archsim-numba-")
+        atexit.register(shutil.rmtree, folder, ignore_errors=True)
+        return Path(folder)
 
 
 def _forget_old(root: Path, keep: str) -> None:

@@ -6,9 +6,9 @@
 #   v[0]  -(pairs in the tile), node index of its first pixel, the same + 1, index of its first depth pair
 #   v[1]  x and y of its first pixel
 #   c[0]  1, 2, 2, 1: steps of v[0] from pair to pair
-#   c[1]  light-space step of one pixel in x        light space: (X, Y, -, W) in logical cells times W
-#   c[2]  light-space step of one pixel in y
-#   c[3]  light-space step of reciprocal eye depth  (its z is 1, so that z / W is reciprocal light depth)
+#   c[1]  light-space step of one pixel in x        light space: (X, Y, Z, W), X and Y in logical cells times W,
+#   c[2]  light-space step of one pixel in y        Z = W - (light depth of the nearest sample) / (eye depth)
+#   c[3]  light-space step of reciprocal eye depth  so that depth = Z / W is 0 at the nearest sample, 1 far away
 #   c[4]  cells in a row of the logical grid
 #   c[5]  1 / physical width, 1 / physical height, twice
 #   c[6]  tile width, tile height, twice             (of the physical grid's tiles)
@@ -17,7 +17,7 @@
 #   c[9]  tile width, tile area, twice
 #   c[255 + k]  light-space position of pair k = -pairs ... -1 relative to the tile's first pixel, plus the origin's
 #   B0    stencil (one word a logical cell, at index 0) and depths (two words a pair)
-#   B1    list heads (one word a physical cell, at index 0) and list nodes (four words: x, y, 1/depth, next)
+#   B1    list heads (one word a physical cell, at index 0) and list nodes (four words: x, y, depth, next)
 # Pixels without a sample have depth NaN: they land in the guard elements of both windows, not in any cell.
 #
 # R0 pair counter, node indices, depth index   R1, R2 the two nodes   R3 depths, reciprocals, stencil indices
@@ -35,7 +35,7 @@ pair:   ARL  A0.x, R0.x;
         MAD  R2, R3.y, c[3], R2;
         RCP  R3.x, R1.w;
         RCP  R3.y, R2.w;
-        MUL  R1, R1, R3.x;                      # x, y in logical cells, 1/depth
+        MUL  R1, R1, R3.x;                      # x, y in logical cells, depth
         MUL  R2, R2, R3.y;
 
         FLR  R4.xy, R1;                         # logical cells i, j of both pixels

@@ -20,7 +20,7 @@ LAYERS = [
     ["machine", "analysis"],
     ["run"],
     ["report", "sweep", "reproduce", "bench"],
-    ["cli"],
+    ["cli", "__main__"],
 ]
 LAYER_OF = {part: layer for layer, parts in enumerate(LAYERS) for part in parts}
 

@@ -1,7 +1,7 @@
 """Where the irregular z-buffer's arrays lie in memory, and how the two kernels are told.
 
 Window B0: stencil (4 bytes a logical cell), then reciprocal eye depths (8 bytes a pixel pair).
-Window B1: list heads (4 bytes a physical cell), then list nodes (16 bytes a sample: x, y, 1/depth, next).
+Window B1: list heads (4 bytes a physical cell), then list nodes (16 bytes a sample: x, y, depth, next).
 Both end with a guard element that holds no data. A list head or `next` is a node index in B1, 0 ends a list.
 """
 

@@ -17,7 +17,7 @@ from archsim.trace.stream import Work, chunked
 
 CHUNK_TASKS = 1 << 14
 
-Output = Callable[[np.ndarray, np.ndarray], None]  # takes samples int64 [n] and reciprocal depths float32 [n]
+Output = Callable[[np.ndarray, np.ndarray], None]  # takes samples int64 [n] and depths float32 [n]
 
 
 def raster_work(

@@ -166,7 +166,7 @@ def _same_fragments(emitted: tuple[np.ndarray, np.ndarray], expected: Outcome) -
     """Whether the kernel emitted what the plain algorithm finds, in the same order, to the bit."""
     return bool(
         np.array_equal(emitted[0], expected.fragments.sample)
-        and np.array_equal(emitted[1].view(np.int32), expected.fragments.reciprocal_depth.view(np.int32))
+        and np.array_equal(emitted[1].view(np.int32), expected.fragments.depth.view(np.int32))
     )
 
 

@@ -12,6 +12,8 @@ from archsim import resources
 from archsim.errors import ArchsimError, Location, did_you_mean, fail
 from archsim.scene.mesh_files import MeshProblem, read_with_trimesh
 
+FURTHEST = 1e9  # largest coordinate of a vertex; cameras and lights have the same limit
+
 
 class Mesh(NamedTuple):
     """A triangle soup; triangles keep the order of their file and are seen from both sides."""
@@ -50,6 +52,9 @@ def checked_mesh(vertices: np.ndarray, triangles: np.ndarray) -> Mesh:
     bad_vertices = np.flatnonzero(~np.isfinite(vertices).all(axis=1))
     if bad_vertices.size:
         raise MeshProblem(f"vertex {bad_vertices[0]} is not finite (as float32)")
+    far_vertices = np.flatnonzero(np.abs(vertices).max(axis=1, initial=0.0) > FURTHEST)
+    if far_vertices.size:
+        raise MeshProblem(f"vertex {far_vertices[0]} has a coordinate beyond {FURTHEST:g}")
 
     bad_triangles = np.flatnonzero(((triangles < 0) | (triangles >= len(vertices))).any(axis=1))
     if bad_triangles.size:

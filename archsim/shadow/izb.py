@@ -23,7 +23,7 @@ NO_NODE = -1
 class Samples(NamedTuple):
     """Samples of a light view, in tile order; NaN for pixels that have none."""
 
-    position: np.ndarray  # float32 [n, 3]: x and y in logical cells, reciprocal light depth
+    position: np.ndarray  # float32 [n, 3]: x and y in logical cells, depth
     cell: np.ndarray  # int32 [n, 2]: logical cell i, j; -1 where there is no sample
 
 
@@ -40,13 +40,13 @@ class Fragments(NamedTuple):
 
     starts: np.ndarray  # int64 [num_grid_fragments + 1]
     sample: np.ndarray  # int32 [n]
-    reciprocal_depth: np.ndarray  # float32 [n]
+    depth: np.ndarray  # float32 [n]
 
 
 class ZTest(NamedTuple):
     """What the z-test unit leaves behind."""
 
-    nearest: np.ndarray  # float32 [num_samples] largest reciprocal depth seen, initially the sample's own
+    nearest: np.ndarray  # float32 [num_samples] smallest depth seen, initially the sample's own
     num_passed: int
 
 
@@ -112,9 +112,9 @@ def rasterize(
     _count(samples, lists, grid, occluders, grid_fragments, counts)
     starts = np.cumsum(counts)
     sample = np.empty(starts[-1], np.int32)
-    reciprocal_depth = np.empty(starts[-1], np.float32)
-    _fill(samples, lists, grid, occluders, grid_fragments, (starts, sample, reciprocal_depth))
-    return Fragments(starts, sample, reciprocal_depth)
+    depth = np.empty(starts[-1], np.float32)
+    _fill(samples, lists, grid, occluders, grid_fragments, (starts, sample, depth))
+    return Fragments(starts, sample, depth)
 
 
 @njit
@@ -179,24 +179,24 @@ def z_test(samples: Samples) -> ZTest:
     return ZTest(np.nan_to_num(samples.position[:, 2]), 0)
 
 
-def z_test_fragments(state: ZTest, sample: np.ndarray, reciprocal_depth: np.ndarray) -> ZTest:
+def z_test_fragments(state: ZTest, sample: np.ndarray, depth: np.ndarray) -> ZTest:
     """Read, compare, replace for fragments in order; `nearest` is updated in place."""
-    return ZTest(state.nearest, state.num_passed + _z_test(state.nearest, sample, reciprocal_depth))
+    return ZTest(state.nearest, state.num_passed + _z_test(state.nearest, sample, depth))
 
 
 @njit
-def _z_test(nearest, sample, reciprocal_depth):
+def _z_test(nearest, sample, depth):
     num_passed = 0
     for index in range(len(sample)):
-        if reciprocal_depth[index] > nearest[sample[index]]:
-            nearest[sample[index]] = reciprocal_depth[index]
+        if depth[index] < nearest[sample[index]]:
+            nearest[sample[index]] = depth[index]
             num_passed += 1
     return num_passed
 
 
 def in_shadow(state: ZTest, samples: Samples) -> np.ndarray:
     """bool [n]: something was nearer to the light than the sample."""
-    return state.nearest > np.nan_to_num(samples.position[:, 2])
+    return state.nearest < np.nan_to_num(samples.position[:, 2])
 
 
 @njit
@@ -207,5 +207,5 @@ def in_shadow_brute_force(samples, occluders):
         position = samples.position[sample]
         for triangle in range(len(occluders.edges)):
             if inside(occluders.edges[triangle], position):
-                shadow[sample] |= plane_at(occluders.depth[triangle], position) > position[2]
+                shadow[sample] |= plane_at(occluders.depth[triangle], position) < position[2]
     return shadow

@@ -2,7 +2,9 @@
 
 One view is enough when the samples fit it; else up to six views along the axes of a cube share them, so that no
 sample is ever left out. A view is a linear map of light-relative world space to homogeneous logical coordinates
-(X, Y, W): the logical position is (X / W, Y / W), the light depth is W.
+(X, Y, W): the logical position is (X / W, Y / W), the light depth is W. Samples and occluders are compared by
+depth = 1 - nearest / W, with `nearest` the light depth of the nearest sample: it grows with the distance from the
+light, is linear over a triangle, and keeps its precision however far away the light is.
 """
 
 from __future__ import annotations
@@ -21,9 +23,8 @@ MARGIN_CELLS = 0.05  # samples stay at least this far inside the grid
 AT_LIGHT = (
     2.0**-14
 )  # a sample this near to the light, relative to the way eye - sample - light, counts as lit
-ROUNDING = (
-    2.0**-21
-)  # float32 error of a position on the tangent plane, relative to that way over the light depth
+ROUNDING = 2.0**-21  # float32 error of the sums that give a sample's place, relative to their largest term
+MOST_ROUNDING = 2.0**-14  # of a depth: samples right at the light do not set the offset of all others
 NARROWEST = 2.0**12  # a window is at least this many rounding errors wide
 
 
@@ -33,7 +34,9 @@ class LightFace(NamedTuple):
     to_logical: np.ndarray  # float64 [3, 3]: (X, Y, W) = to_logical @ (world - light)
     light: np.ndarray  # float64 [3]
     taken: np.ndarray  # bool [height, width]: pixels whose samples belong to this face
+    nearest: float  # light depth of the nearest sample
     rounding_cells: float  # float32 error of a sample's logical position
+    rounding_depth: float  # float32 error of a sample's depth, 1 - nearest / light depth
 
 
 def sample_points(scene: Scene, eye_view: EyeView) -> np.ndarray:
@@ -49,7 +52,8 @@ class _Samples(NamedTuple):
     """What the views share out."""
 
     towards: np.ndarray  # float64 [height, width, 3] from the light to the sample
-    way: np.ndarray  # float64 [height, width] distance eye - sample plus distance eye - light
+    reach: np.ndarray  # float64 [height, width] distance from the eye
+    eye: np.ndarray  # float64 [3] from the light to the eye
     sampled: np.ndarray  # bool [height, width]
 
 
@@ -76,10 +80,11 @@ def _samples(scene: Scene, eye_view: EyeView, position: np.ndarray) -> _Samples:
     """Samples relative to a light at `position`; those at the light itself are left out."""
     points = sample_points(scene, eye_view)
     eye = np.asarray(scene.camera.eye, dtype=np.float64)
-    way = np.linalg.norm(points - eye, axis=-1) + np.linalg.norm(eye - position)
+    reach = np.linalg.norm(points - eye, axis=-1)
     towards = points - position
+    way = reach + np.linalg.norm(eye - position)
     sampled = np.linalg.norm(towards, axis=-1) > AT_LIGHT * way  # False where NaN
-    return _Samples(towards, way, sampled)
+    return _Samples(towards, reach, eye - position, sampled)
 
 
 def _axes(forward: np.ndarray, up: np.ndarray) -> np.ndarray:
@@ -130,23 +135,37 @@ def _face(
     window: tuple[float, float, float, float] | None = None,
 ) -> LightFace:
     """The face that looks along `axes`, with a window (x0, y0, x1, y1) on the tangent plane, by default a tight one."""
-    local = samples.towards[taken] @ axes.T
-    rounding = ROUNDING * float((samples.way[taken] / local[:, 2]).max())
+    local, reach, eye = samples.towards[taken] @ axes.T, samples.reach[taken], axes @ samples.eye
+    depth = local[:, 2]
     if window is None:
-        x, y = local[:, 0] / local[:, 2], local[:, 1] / local[:, 2]
+        x, y = local[:, 0] / depth, local[:, 1] / depth
         window = (x.min(), y.min(), x.max(), y.max())
-    scale_x, shift_x, rounding_x = _fit(grid.logical_width, window[0], window[2], rounding)
-    scale_y, shift_y, rounding_y = _fit(grid.logical_height, window[1], window[3], rounding)
+
+    def rounding(constant: float, scaled: np.ndarray | float) -> float:
+        """Error of (numerator / W): the numerator's terms, and those of W times how far the quotient is from 0."""
+        return ROUNDING * float(((reach + abs(constant) + (reach + abs(eye[2])) * scaled) / depth).max())
+
+    error_x = rounding(eye[0] - window[0] * eye[2], window[2] - window[0])
+    error_y = rounding(eye[1] - window[1] * eye[2], window[3] - window[1])
+    scale_x, shift_x = _fit(grid.logical_width, window[0], window[2], error_x)
+    scale_y, shift_y = _fit(grid.logical_height, window[1], window[3], error_y)
     to_cells = np.array([[scale_x, 0.0, shift_x], [0.0, scale_y, shift_y], [0.0, 0.0, 1.0]])
-    return LightFace(to_cells @ axes, position, taken, max(rounding_x, rounding_y))
+    nearest = float(depth.min())
+    return LightFace(
+        to_logical=to_cells @ axes,
+        light=position,
+        taken=taken,
+        nearest=nearest,
+        rounding_cells=max(scale_x * error_x, scale_y * error_y),
+        rounding_depth=min(rounding(eye[2] - nearest, 1.0 - nearest / depth), MOST_ROUNDING),
+    )
 
 
-def _fit(num_cells: int, low: float, high: float, rounding: float) -> tuple[float, float, float]:
-    """Scale and shift that put low ... high onto the cells, less a margin that keeps float32 rounding inside.
+def _fit(num_cells: int, low: float, high: float, error: float) -> tuple[float, float]:
+    """Scale and shift that put low ... high onto the cells, less a margin that keeps a rounding `error` inside.
 
-    The third number is the rounding error in cells. A window too small for float32 is widened.
+    A window too small for float32 is widened.
     """
-    error = rounding * (1.0 + max(abs(low), abs(high)))
     middle, extent = 0.5 * (low + high), max(high - low, error * NARROWEST) + 2 * error
     scale = (num_cells - 2 * MARGIN_CELLS) / extent
-    return scale, 0.5 * num_cells - scale * middle, scale * error
+    return scale, 0.5 * num_cells - scale * middle

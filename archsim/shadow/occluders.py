@@ -1,7 +1,8 @@
-"""Triangle setup in a light view: edge functions and the plane of reciprocal depth, in logical cells. [Olano97]
+"""Triangle setup in a light view: edge functions and the plane of depth, in logical cells. [Olano97]
 
 For homogeneous vertices v = (X, Y, W), the edge function of v_i, v_j at (x, y) is (v_i x v_j) . (x, y, 1), and with
-N = v0 x v1 + v1 x v2 + v2 x v0 and det = v0 . (v1 x v2) the reciprocal depth is N . (x, y, 1) / det.
+N = v0 x v1 + v1 x v2 + v2 x v0 and det = v0 . (v1 x v2) the reciprocal light depth is N . (x, y, 1) / det.
+Depth, 1 - nearest / light depth, is linear too.
 A cross product changes only its sign when its vertices change places, in floating point too: a sample on an edge that
 two triangles share is never missed by both.
 """
@@ -16,23 +17,21 @@ from archsim.raster.conservative import Setup
 from archsim.scene.scene import Scene
 from archsim.shadow.light_view import LightFace
 
-RELATIVE_OFFSET = 2.0**-14  # of the reciprocal depth: float32 error of a sample's light depth
-
 
 class Occluders(NamedTuple):
     """Triangles of a light view as the fragment processors see them."""
 
     setup: Setup
     edges: np.ndarray  # float32 [n, 3, 4] (a, b, 0, c)
-    depth: np.ndarray  # float32 [n, 4] (a, b, 0, c): reciprocal depth, with its offset
+    depth: np.ndarray  # float32 [n, 4] (a, b, 0, c): depth, with its offset
 
 
 def set_up(scene: Scene, face: LightFace, offset_cells: float) -> Occluders:
     """Edge functions and depth planes of all triangles that the light sees at all, in submission order.
 
-    The depth plane is moved by `offset_cells` (at least the rounding error) along its slope and by a relative amount,
-    away from the light, so that no triangle shadows the samples that lie on it; where eye and light are on opposite
-    sides of the triangle, towards the light, so that it does.
+    The depth plane is moved by `offset_cells` (at least the rounding error) along its slope and by the rounding error
+    of a depth, away from the light, so that no triangle shadows the samples that lie on it; where eye and light are on
+    opposite sides of the triangle, towards the light, so that it does.
     """
     corners = scene.mesh.vertices.astype(np.float64)[scene.mesh.triangles]
     homogeneous = _transformed(corners - face.light, face.to_logical)
@@ -42,11 +41,10 @@ def set_up(scene: Scene, face: LightFace, offset_cells: float) -> Occluders:
     kept = np.flatnonzero((det != 0) & np.isfinite(det) & (homogeneous[:, :, 2] > 0).any(axis=1))
 
     edges = _normalised(crosses[kept] * np.sign(det[kept])[:, None, None])
-    plane = crosses[kept].sum(axis=1) / det[kept, None]
+    plane = np.array([0.0, 0.0, 1.0]) - face.nearest * crosses[kept].sum(axis=1) / det[kept, None]
     away = np.where(_opposed(corners[kept], np.asarray(scene.camera.eye), face.light), -1.0, 1.0)
     slope = np.abs(plane[:, :2]).sum(axis=1)
-    plane = plane * (1.0 - away * RELATIVE_OFFSET)[:, None]
-    plane[:, 2] -= away * slope * max(offset_cells, face.rounding_cells)
+    plane[:, 2] += away * (slope * max(offset_cells, face.rounding_cells) + face.rounding_depth)
     setup = Setup(kept.astype(np.int32), edges, _bounds(homogeneous[kept]))
     return Occluders(setup, _as_attributes(edges), _as_attributes(plane))
 

@@ -5,7 +5,7 @@ Rays meet triangles by Moeller and Trumbore's test ([Moller97]), found in the tr
 A pixel is in shadow iff it shows geometry, at point P of triangle T, and
   (a) a triangle other than T meets the open segment from P to the light, or
   (b) eye and light lie on strictly opposite sides of T's plane.
-Hits within SELF_DISTANCE of P, as a part of the segment, do not count: the neighbours of T share its edges,
+Hits within `clearance` of P, as a part of the segment, do not count: the neighbours of T share its edges,
 and in a mesh of rounded coordinates stand out of its plane by some 1e-7 of the coordinates.
 """
 
@@ -21,7 +21,9 @@ from archsim.scene.camera import pixel_rays
 from archsim.scene.scene import Scene
 from archsim.shadow.box_tree import FAR, INNER, STACK, box_entry, build_tree, push_nearer_last
 
-SELF_DISTANCE = 1e-5  # part of the way from P to the light
+_CLEARANCE = (
+    1e-5  # part of the way from P to the light, or of P's distances from eye and origin if those are less
+)
 _EDGE_SLACK = 1e-12  # barycentric; a ray along a shared edge must not slip through
 _SAME_DEPTH = 1e-12  # relative; rounding does not choose between coplanar triangles
 
@@ -82,7 +84,20 @@ def _trace_shadows(tree, rays, light, visible, shadow):
             if _height(corners, origin) * _height(corners, light) < 0:
                 shadow[y, x] = True
             else:
-                shadow[y, x] = _is_blocked(tree, point, _minus(light, point), own, stack)
+                least = clearance(point, origin, light)
+                shadow[y, x] = _is_blocked(tree, point, _minus(light, point), least, own, stack)
+
+
+@njit
+def clearance(point, eye, light):
+    """Ray parameter up to which a hit on the way to the light may be rounding; it does not grow with a far light."""
+    way, reach = np.sqrt(_square(_minus(light, point))), np.sqrt(_square(_minus(point, eye)))
+    return _CLEARANCE * min(way, reach + np.sqrt(_square(point))) / max(way, 1e-300)
+
+
+@njit
+def _square(p):
+    return _dot(p, p)
 
 
 @njit
@@ -116,8 +131,8 @@ def _is_before(hit, index, depth, triangle):
 
 
 @njit
-def _is_blocked(tree, origin, direction, own, stack):
-    """Whether a triangle other than `own` meets the ray at a parameter between SELF_DISTANCE and 1."""
+def _is_blocked(tree, origin, direction, least, own, stack):
+    """Whether a triangle other than `own` meets the ray at a parameter between `least` and 1."""
     inverse = _inverse(direction)
     waiting = 1
     stack[0] = 0
@@ -129,7 +144,7 @@ def _is_blocked(tree, origin, direction, own, stack):
         first = tree.first[node]
         for place in range(first, first + tree.number[node]):
             index = tree.order[place]
-            if index != own and SELF_DISTANCE < _hit(tree.corners[index], origin, direction) < 1:
+            if index != own and least < _hit(tree.corners[index], origin, direction) < 1:
                 return True
         if tree.number[node] == INNER:
             stack[waiting], stack[waiting + 1] = first, first + 1

@@ -18,9 +18,9 @@ from archsim.shadow.light_view import LightFace
 class LightTransform(NamedTuple):
     """float32 vectors (X, Y, z, W) that add up to a sample's homogeneous logical position over z."""
 
-    step_x: np.ndarray  # [4] one pixel to the right
+    step_x: np.ndarray  # [4] one pixel to the right; z = W, so that z / W becomes 1 - nearest / W
     step_y: np.ndarray  # [4] one pixel down
-    depth: np.ndarray  # [4] one unit of reciprocal eye depth; its z is 1
+    depth: np.ndarray  # [4] one unit of reciprocal eye depth; its z is W - nearest
     pair: np.ndarray  # [num_pairs, 4] first pixel of each pair relative to its tile, plus the image's origin
 
 
@@ -33,14 +33,15 @@ def light_transform(scene: Scene, face: LightFace, tile: tuple[int, int]) -> Lig
     return LightTransform(
         _lanes(face, step_x),
         _lanes(face, step_y),
-        _lanes(face, origin - face.light, z=1.0),
+        _lanes(face, origin - face.light, face.nearest),
         _lanes(face, offset),
     )
 
 
-def _lanes(face: LightFace, world: np.ndarray, z: float = 0.0) -> np.ndarray:
-    """World vectors [..., 3] as float32 lanes (X, Y, z, W)."""
+def _lanes(face: LightFace, world: np.ndarray, nearest: float = 0.0) -> np.ndarray:
+    """World vectors [..., 3] as float32 lanes (X, Y, W - nearest, W)."""
     homogeneous = np.asarray(world, np.float64) @ face.to_logical.T
-    lanes = np.full(homogeneous.shape[:-1] + (4,), z, np.float32)
+    lanes = np.empty(homogeneous.shape[:-1] + (4,), np.float32)
     lanes[..., [0, 1, 3]] = homogeneous
+    lanes[..., 2] = homogeneous[..., 2] - nearest
     return lanes

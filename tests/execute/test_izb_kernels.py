@@ -56,7 +56,7 @@ def test_equal_to_the_plain_algorithm(method, seed, block):
         np.testing.assert_array_equal(following[placed], expected.lists.following[placed])
         np.testing.assert_array_equal(izb_memory.stencil(memory, method.grid), expected.lists.stencil)
         np.testing.assert_array_equal(samples, expected.fragments.sample)
-        np.testing.assert_array_equal(depths, expected.fragments.reciprocal_depth)
+        np.testing.assert_array_equal(depths, expected.fragments.depth)
         assert plan.face.taken.sum() == placed.sum()
 
 

@@ -118,8 +118,19 @@ def test_a_light_on_a_vertex_or_at_the_eye_is_harmless():
 
 def test_the_z_test_counts_each_replacement():
     samples = izb.Samples(np.array([[0, 0, 0.5], [0, 0, 0.25]], np.float32), np.zeros((2, 2), np.int32))
-    first = np.array([0, 0, 1, 0], np.int32), np.array([0.75, 0.6, 0.2, 1.0], np.float32)
+    first = np.array([0, 0, 1, 0], np.int32), np.array([0.25, 0.4, 0.3, 0.0], np.float32)
     state = izb.z_test_fragments(izb.z_test(samples), *first)
     assert state.num_passed == 2
-    np.testing.assert_array_equal(state.nearest, np.array([1.0, 0.25], np.float32))
+    np.testing.assert_array_equal(state.nearest, np.array([0.0, 0.25], np.float32))
     np.testing.assert_array_equal(izb.in_shadow(state, samples), [True, False])
+
+
+@pytest.mark.parametrize("distance", [3.0, 1e2, 1e3, 1e4, 1e5, 1e6])
+def test_a_shadow_does_not_depend_on_how_far_away_the_light_is(distance):
+    """Beyond some distance the rays are parallel: 1e6 times the scene's size still gives the picture of 1e3."""
+    occluder = [(-0.2, -0.2, 0.5), (0.2, -0.2, 0.5), (0, 0.3, 0.5)]
+    direction = np.array([0.2, -0.13, 1.0])
+    masks = [mask_of(below(facing_quad(direction * d, size=(64, 64)), occluder)) for d in (1e3, distance)]
+    assert masks[0].any()
+    allowed = 0.03 if distance < 1e3 else 0.002
+    assert (masks[0] != masks[1]).mean() <= allowed

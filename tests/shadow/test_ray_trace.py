@@ -11,7 +11,7 @@ from archsim.scene.generators import make_mesh
 from archsim.scene.mesh import Mesh, load_mesh
 from archsim.scene.scene import Light, Scene
 from archsim.shadow.box_tree import INNER, build_tree
-from archsim.shadow.ray_trace import SELF_DISTANCE, primary_hits, shadow_mask
+from archsim.shadow.ray_trace import clearance, primary_hits, shadow_mask
 
 
 def point(*coordinates):
@@ -152,7 +152,7 @@ def trace_by_trying_all(view, light_index):
         normal = np.cross(corners[own, 1] - corners[own, 0], corners[own, 2] - corners[own, 0])
         turned_away = (normal @ (rays.origin - corners[own, 0])) * (normal @ (light - corners[own, 0])) < 0
         others = np.delete(corners, own, axis=0)
-        way, unsure = meet_all(others, position, light - position, SELF_DISTANCE, 1)
+        way, unsure = meet_all(others, position, light - position, clearance(position, rays.origin, light), 1)
         shadow[y, x] = turned_away or np.isfinite(way).any()
         close[y, x] |= unsure
     return triangle, shadow, close
