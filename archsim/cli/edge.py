@@ -31,6 +31,15 @@ def at_the_edge(command: Callable[..., None]) -> Callable[..., None]:
             print("interrupted", file=sys.stderr)
             raise typer.Exit(INTERRUPTED) from None
         except BrokenPipeError:  # the reader, such as `head`, has seen enough
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            _mute_stdout()
+        except OSError as error:  # a full disk, a device that is gone
+            _mute_stdout()
+            print(f"cannot write: {error.strerror or error}", file=sys.stderr)
+            raise typer.Exit(BAD_INPUT) from None
 
     return guarded
+
+
+def _mute_stdout() -> None:
+    """What is still in the buffer has nowhere to go; without this, Python would complain about it at its end."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -9,6 +9,7 @@ from pydantic import Field, model_validator
 from archsim.config.section import Finding, Section, is_power_of_two, report
 
 MAX_PAIRS = 240  # of pixels in a tile: the build kernel holds their positions in c[15] to c[254]
+MAX_CELLS = 2**24  # integers that a float32 register holds exactly
 
 Cells = Annotated[int, Field(ge=1, le=4096)]
 Size = Annotated[tuple[Cells, Cells], Field(strict=False)]
@@ -43,6 +44,12 @@ class WorkloadConfig(Section):
                 if size[axis] % tile:
                     what = f"the {side} must be a multiple of the grid_tile's {tile}, not {size[axis]}"
                     found.append(Finding((key, axis), what))
+        cells = self.logical_grid[0] * self.logical_grid[1]
+        if cells >= MAX_CELLS:
+            what = (
+                f"must have fewer than {MAX_CELLS} cells: the kernels number them in a float; it has {cells}"
+            )
+            found.append(Finding(("logical_grid",), what))
         return found
 
     def _check_pixel_tile(self) -> list[Finding]:

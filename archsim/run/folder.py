@@ -81,7 +81,16 @@ def publish(target: Path, replace: bool, fill: Callable[[Path], None]) -> Path:
 
 def check_target(out: Path | None) -> None:
     """Raise ArchsimError if a run can't be written to `out`: better before the work than after it."""
-    if out is None or not os.path.lexists(out):
+    if out is None:
+        return
+    if not os.path.lexists(out):
+        existing = next(parent for parent in out.absolute().parents if parent.exists())
+        if not existing.is_dir():
+            raise fail(f"'{existing}' is not a folder", Location(str(out)), "name a new folder with --out")
+        if not os.access(existing, os.W_OK):
+            raise fail(
+                f"'{existing}' cannot be written to", Location(str(out)), "name another folder with --out"
+            )
         return
     if not out.is_dir():
         raise fail("is not a folder", Location(str(out)), "name a new folder with --out")

@@ -62,6 +62,14 @@ def test_bad_input_ends_with_2_and_no_traceback(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_full_disk_ends_with_2_and_one_line(tmp_path):
+    command = f"{ARCHSIM} config show tiny > /dev/full"
+    result = subprocess.run(command, shell=True, cwd=tmp_path, capture_output=True, text=True, check=False)
+
+    assert result.returncode == 2
+    assert result.stderr.splitlines() == ["cannot write: No space left on device"]
+
+
 def test_a_reader_that_has_seen_enough_is_no_error(tmp_path):
     result = subprocess.run(
         f"{ARCHSIM} asm izb_build | head -n 1",

@@ -20,6 +20,11 @@ RUN = "runs/tiny.yaml"
             "workload.logical_grid.0: the width must be a multiple of the grid_tile's 4, not 66",
         ),
         ("logical_grid=[64, 4100]", "workload.logical_grid.1: must be at most 4096, not 4100"),
+        (
+            "logical_grid=[4096, 4096]",
+            "workload.logical_grid: must have fewer than 16777216 cells: the kernels number them in a float; "
+            "it has 16777216",
+        ),
         ("logical_grid=[0, 64]", "workload.logical_grid.0: must be at least 1, not 0"),
         (
             "physical_grid=[32, 2]",

@@ -187,3 +187,10 @@ def test_folders_that_are_no_runs_are_named(tmp_path):
         load_folder(tmp_path / "none")
     with pytest.raises(ArchsimError, match=r"has no manifest\.json"):
         load_folder(tmp_path)
+
+
+def test_a_target_below_a_file_is_refused_before_the_work(tmp_path):
+    (tmp_path / "file").write_text("no folder")
+    with pytest.raises(ArchsimError, match="file' is not a folder"):
+        check_target(tmp_path / "file" / "run")
+    check_target(tmp_path / "new" / "deep" / "run")
