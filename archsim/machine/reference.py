@@ -9,6 +9,7 @@ import numpy as np
 import simpy
 
 from archsim.errors import DeadlockError, Problem, fail
+from archsim.machine.checking import check_tasks
 from archsim.machine.counters import Counters
 from archsim.machine.spec import MachineSpec
 from archsim.model.cache.reference import Cache, Kind
@@ -20,6 +21,7 @@ from archsim.model.fifo.reference import Fifo
 from archsim.model.locks.reference import Locks
 from archsim.model.reference import Phase, at
 from archsim.model.unit.reference import Source
+from archsim.trace.records import RECORD
 from archsim.trace.stream import Work
 
 Progress = Callable[[int, int], None]  # (tasks finished, tasks in all)
@@ -30,19 +32,19 @@ def simulate(spec: MachineSpec, work: Work, progress: Progress | None = None) ->
 
     Raises ArchsimError for work that the machine cannot do, DeadlockError when it gets stuck.
     """
-    machine = Machine(spec, _all_tasks(work))
+    machine = Machine(spec, _all_tasks(spec, work))
     if work.num_tasks > 0:
         machine.env.run(until=machine.env.process(machine.watch(progress)))
     return machine.counters()
 
 
-def _all_tasks(work: Work) -> list[Any]:
-    """The records of every task."""
-    tasks = [
-        chunk.records[chunk.starts[i] : chunk.starts[i + 1]]
-        for chunk in work.chunks
-        for i in range(chunk.num_tasks)
-    ]
+def _all_tasks(spec: MachineSpec, work: Work) -> list[Any]:
+    """The records of every task, checked."""
+    tasks = []
+    for chunk in work.chunks:
+        records = np.require(chunk.records[chunk.starts[0] : chunk.starts[-1]], RECORD, ["C"])
+        check_tasks(spec, chunk.starts - chunk.starts[0], records)
+        tasks += [chunk.records[chunk.starts[i] : chunk.starts[i + 1]] for i in range(chunk.num_tasks)]
     if len(tasks) != work.num_tasks:
         raise fail(f"the work holds {len(tasks)} tasks, {work.num_tasks} were announced")
     return tasks

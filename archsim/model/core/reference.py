@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 
 import simpy
 
-from archsim.errors import fail
 from archsim.model.cache.reference import Cache, Kind, Request
 from archsim.model.core.spec import CoreSpec
 from archsim.model.locks.reference import Locks
@@ -177,12 +176,6 @@ class Core:
             self.emitted += instruction.op == Op.EMIT
 
     def _access(self, now: int, thread: Thread, instruction: Instruction) -> None:
-        line_bytes = self.cache.spec.line_bytes
-        if instruction.address % line_bytes + instruction.num_bytes > line_bytes:
-            raise fail(
-                f"{thread}: {instruction.num_bytes} bytes at address {instruction.address} "
-                f"cross a line of {line_bytes} bytes"
-            )
         kind = Kind.READ if instruction.op == Op.LOAD else Kind.WRITE
         request = Request(kind, instruction.address, instruction.num_bytes, thread.wake)
         call(at(self.env, now, Phase.ARRIVE, self.index), self.cache.arrive, request)

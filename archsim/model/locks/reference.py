@@ -28,7 +28,7 @@ class Locks:
 
     def ask(self, now: int, thread: Any, number: int) -> bool:
         """True when `thread` got the lock at once; else it stands at the end of the line."""
-        lock = self._lock(number)
+        lock = self.locks[number]
         if lock.holder is None:
             lock.holder = thread
             self.taken += 1
@@ -39,7 +39,7 @@ class Locks:
 
     def release(self, now: int, thread: Any, number: int) -> Any:
         """The thread that gets the lock now, or None."""
-        lock = self._lock(number)
+        lock = self.locks[number]
         if lock.holder is not thread:
             raise fail(f"{thread} unlocks lock {number}, which it does not hold")
         if not lock.line:
@@ -55,8 +55,3 @@ class Locks:
         return [
             (thread, number, lock.holder) for number, lock in enumerate(self.locks) for thread, _ in lock.line
         ]
-
-    def _lock(self, number: int) -> Lock:
-        if not 0 <= number < len(self.locks):
-            raise fail(f"lock {number} does not exist; the machine has {len(self.locks)} locks")
-        return self.locks[number]
