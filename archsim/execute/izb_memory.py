@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from archsim.errors import fail
-from archsim.execute.memory import Window
+from archsim.execute.memory import Window, new_memory
 from archsim.shadow.grid import Grid
 from archsim.shadow.pixel_tiles import PixelTiles
 
@@ -44,7 +44,7 @@ def lay_out(grid: Grid, tiles: PixelTiles) -> IzbMemory:
     size_0 = _power_of_two((first_pair + num_pixels // 2) * PAIR + NODE)
     size_1 = _power_of_two((first_node + num_pixels) * NODE + NODE)
     base_1 = _ceil_div(size_0, size_1) * size_1
-    words = np.zeros((base_1 + size_1) // WORD, np.float32)
+    words = new_memory(base_1 + size_1)
     start = first_pair * PAIR // WORD
     words[start : start + num_pixels] = tiles.reciprocal_depth.ravel()
     return IzbMemory(words, (Window(0, size_0), Window(base_1, size_1)), first_pair, first_node)

@@ -30,7 +30,6 @@ class Shape(Enum):
 
 VALUE_SHAPES = (Shape.VECTOR, Shape.SCALAR, Shape.VECTOR_VECTOR, Shape.VECTOR_VECTOR_VECTOR)
 ADDRESS_SHAPES = (Shape.ADDRESS_VECTOR, Shape.ADDRESS_ADDRESS)
-BRANCH_SHAPES = (Shape.LABEL, Shape.RETURN)
 
 
 class Opcode(IntEnum):

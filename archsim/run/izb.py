@@ -14,9 +14,16 @@ from archsim.execute.izb_raster import raster_work
 from archsim.machine.build import PhaseMachine, phase_machine
 from archsim.machine.counters import Counters, added, no_counters
 from archsim.machine.play import play
-from archsim.raster.eye_view import eye_view
+from archsim.raster.eye_view import EyeView, eye_view
 from archsim.run.izb_figures import cell_map, fragment_histogram, fragments_of_samples, list_histogram
-from archsim.run.izb_statistics import BUILD, RASTER, paper_ratios, summary, workload_statistics
+from archsim.run.izb_statistics import (
+    BUILD,
+    RASTER,
+    paper_ratios,
+    picture_statistics,
+    summary,
+    workload_statistics,
+)
 from archsim.run.izb_work import check_machine, method_of
 from archsim.run.metrics import phase_checks, phase_statistics
 from archsim.run.progress import Progress
@@ -60,7 +67,7 @@ def simulate_izb(config: Any, progress: Progress) -> Result:
     plans = plan_faces(scene, seen, scene.lights[config.workload.light], method)
     block = config.workload.tile_order == "block"
     faces = [_simulate_face(plan, method.grid, machines, block, progress) for plan in plans]
-    return _result(config.name, scene, (plans, faces), method.grid, machines)
+    return _result(config.name, (scene, seen), (plans, faces), method.grid, machines)
 
 
 def _simulate_face(
@@ -172,13 +179,13 @@ def _same_fragments(emitted: tuple[np.ndarray, np.ndarray], expected: Outcome) -
 
 def _result(
     name: str,
-    scene: Scene,
+    view: tuple[Scene, EyeView],
     simulated: tuple[list[FacePlan], list[FaceResult]],
     grid: Grid,
     machines: Machines,
 ) -> Result:
     """All light views together as one result."""
-    faces = simulated[1]
+    (scene, seen), (_, faces) = view, simulated
     workload = reduce(combined, (face.outcome.workload for face in faces), NOTHING)
     build = reduce(added, (face.build for face in faces), no_counters(machines.build.spec))
     raster = reduce(added, (face.raster for face in faces), no_counters(machines.raster.spec))
@@ -190,7 +197,8 @@ def _result(
     ]
     checks += phase_checks(BUILD, machines.build, build) + phase_checks(RASTER, machines.raster, raster)
     statistics = [
-        *workload_statistics(workload, len(faces), shadow),
+        *workload_statistics(workload, len(faces)),
+        *picture_statistics(seen, shadow),
         *phase_statistics(BUILD, machines.build, build),
         *phase_statistics(RASTER, machines.raster, raster),
         *paper_ratios(workload, build, raster),

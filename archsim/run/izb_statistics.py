@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from archsim.machine.counters import Counters
+from archsim.raster.eye_view import EyeView
 from archsim.run.metrics import ratio
 from archsim.run.result import Check, Statistic
 from archsim.shadow.workload import IzbWorkload
@@ -14,7 +15,18 @@ from archsim.shadow.workload import IzbWorkload
 BUILD, RASTER = "izb_build", "izb_raster"
 
 
-def workload_statistics(workload: IzbWorkload, num_views: int, shadow: np.ndarray) -> list[Statistic]:
+def picture_statistics(seen: EyeView, shadow: np.ndarray) -> list[Statistic]:
+    """What the picture shows."""
+    layers, shadowed = float(seen.covered.mean()), 100.0 * float(shadow.mean())
+    return [
+        Statistic(
+            "workload.eye_depth_complexity", layers, "triangles", "Triangles that a pixel's ray meets."
+        ),
+        Statistic("workload.shadow_percent", shadowed, "%", "Pixels in shadow over all pixels."),
+    ]
+
+
+def workload_statistics(workload: IzbWorkload, num_views: int) -> list[Statistic]:
     pre, post = "grid fragments", "framebuffer fragments"
     rows = [
         (
@@ -24,7 +36,6 @@ def workload_statistics(workload: IzbWorkload, num_views: int, shadow: np.ndarra
             "Pixels that show geometry and are not at the light itself.",
         ),
         ("light_views", num_views, "views", "Perspective views that the light needed to hold all samples."),
-        ("shadow_percent", 100.0 * float(shadow.mean()), "%", "Pixels in shadow over all pixels."),
         (
             "depth_complexity",
             workload.depth_complexity,
