@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
-
+from archsim.config import RunConfig
 from archsim.run.progress import Progress, silent
 from archsim.run.result import Result
 
 __all__ = ["simulate"]
 
 
-def simulate(config: Any, progress: Progress = silent) -> Result:
+def simulate(config: RunConfig, progress: Progress = silent) -> Result:
     """Run one workload as its RunConfig says. Raises ArchsimError for input that cannot be used."""
     from archsim.run.izb import simulate_izb  # heavy: numba and all models
 

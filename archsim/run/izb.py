@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import reduce
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from archsim.config import RunConfig
 from archsim.execute import izb_memory
-from archsim.execute.izb_build import build_work, tile_order
-from archsim.execute.izb_raster import raster_work
 from archsim.machine.build import PhaseMachine, phase_machine
 from archsim.machine.counters import Counters, added, no_counters
 from archsim.machine.play import play
@@ -24,7 +23,7 @@ from archsim.run.izb_statistics import (
     summary,
     workload_statistics,
 )
-from archsim.run.izb_work import check_machine, method_of
+from archsim.run.izb_work import LightViewWork, check_machine, method_of, prepare
 from archsim.run.metrics import phase_checks, phase_statistics
 from archsim.run.progress import Progress
 from archsim.run.result import Check, Result
@@ -32,7 +31,7 @@ from archsim.scene.scene import Scene, digest, load_scene
 from archsim.shadow import izb
 from archsim.shadow.grid import Grid
 from archsim.shadow.pixel_tiles import untile
-from archsim.shadow.plain import FacePlan, Outcome, grid_fragments, plan_faces, run_face
+from archsim.shadow.plain import FacePlan, Outcome, run_face
 from archsim.shadow.workload import NOTHING, combined
 from archsim.trace.records import Tasks, num_instructions
 from archsim.trace.stream import Work
@@ -56,39 +55,30 @@ class FaceResult(NamedTuple):
     checks: list[Check]
 
 
-def simulate_izb(config: Any, progress: Progress) -> Result:
+def simulate_izb(config: RunConfig, progress: Progress) -> Result:
     """Build and rasterize the irregular z-buffer of one light; `config` is a checked RunConfig."""
     scene = load_scene(config.scene)
-    method = method_of(config.workload)
     machines = Machines(
         phase_machine(config.machine, BUILD), phase_machine(config.machine, RASTER), config.model
     )
     seen = eye_view(scene.mesh, scene.camera, scene.width, scene.height)
-    plans = plan_faces(scene, seen, scene.lights[config.workload.light], method)
-    block = config.workload.tile_order == "block"
-    faces = [_simulate_face(plan, method.grid, machines, block, progress) for plan in plans]
-    return _result(config.name, (scene, seen), (plans, faces), method.grid, machines)
+    views = prepare(config, scene, seen)
+    faces = [_simulate_face(view, machines, progress) for view in views]
+    plans = [view.plan for view in views]
+    return _result(config.name, (scene, seen), (plans, faces), method_of(config.workload).grid, machines)
 
 
-def _simulate_face(
-    plan: FacePlan, grid: Grid, machines: Machines, block: bool, progress: Progress
-) -> FaceResult:
+def _simulate_face(view: LightViewWork, machines: Machines, progress: Progress) -> FaceResult:
     """Both phases of one light view, and the same by the plain algorithm."""
-    core = machines.build.spec.core
-    tiles = tile_order(plan.tiles, core.num_cores * core.num_threads, block)
-    expected = run_face(plan, grid, _sample_order(plan, tiles))
-
-    memory = izb_memory.lay_out(grid, plan.tiles)
+    memory, grid = view.memory, view.grid
     check_machine(machines.build, memory)
-    build, built = _played(
-        machines.build,
-        build_work(memory, grid, plan.tiles, plan.transform, tiles),
-        (BUILD, machines.model, progress),
-    )
+    expected = run_face(view.plan, grid, _sample_order(view.plan, view.tiles))
+
+    build, built = _played(machines.build, view.build(), (BUILD, machines.model, progress))
     collector = _Collector([], [])
-    cells = grid_fragments(plan, izb_memory.stencil(memory, grid), grid)
-    work = raster_work(memory, grid, plan.occluders, cells, collector.take)
-    raster, rastered = _played(machines.raster, work, (RASTER, machines.model, progress))
+    raster, rastered = _played(
+        machines.raster, view.raster(collector.take), (RASTER, machines.model, progress)
+    )
 
     emitted = collector.all()
     tested = izb.z_test_fragments(izb.z_test(expected.samples), *emitted)

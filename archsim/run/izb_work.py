@@ -2,23 +2,45 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+import numpy as np
+
+from archsim.config import RunConfig, WorkloadConfig
 from archsim.errors import ArchsimError, Problem, fail
 from archsim.execute import izb_memory
 from archsim.execute.izb_build import build_work, tile_order
 from archsim.execute.izb_memory import IzbMemory
-from archsim.execute.izb_raster import raster_work
+from archsim.execute.izb_raster import Output, raster_work
 from archsim.isa.program import NUM_LOCKS
 from archsim.machine.build import PhaseMachine, phase_machine
 from archsim.machine.spec import MachineSpec
-from archsim.raster.eye_view import eye_view
+from archsim.raster.eye_view import EyeView, eye_view
 from archsim.run.izb_statistics import BUILD
-from archsim.scene.scene import load_scene
+from archsim.scene.scene import Scene, load_scene
 from archsim.shadow.grid import Grid
 from archsim.shadow.plain import FacePlan, Method, grid_fragments, plan_faces
 from archsim.trace.records import Tasks
 from archsim.trace.stream import Work
+
+
+class LightViewWork(NamedTuple):
+    """One light view, ready for its kernels to be executed: the build phase first, then the raster phase."""
+
+    plan: FacePlan
+    grid: Grid
+    tiles: np.ndarray  # pixel tiles in the order in which the build threads take them
+    memory: IzbMemory  # changed by the build phase, read by the raster phase
+    block_threads: int | None  # threads that `tile_order: block` dealt the tiles to, None if interleaved
+
+    def build(self) -> Work:
+        """The build phase. The lists are in memory when it has been drawn to its end."""
+        return build_work(self.memory, self.grid, self.plan.tiles, self.plan.transform, self.tiles)
+
+    def raster(self, output: Output = lambda samples, depths: None) -> Work:
+        """The raster phase, after the build phase; framebuffer fragments go to `output`."""
+        cells = grid_fragments(self.plan, izb_memory.stencil(self.memory, self.grid), self.grid)
+        return raster_work(self.memory, self.grid, self.plan.occluders, cells, output)
 
 
 class Recorded(NamedTuple):
@@ -26,34 +48,45 @@ class Recorded(NamedTuple):
 
     build: list[Tasks]
     raster: list[Tasks]
-    block_threads: (
-        int | None
-    )  # build threads that `tile_order: block` dealt the tiles to, None if interleaved
+    block_threads: int | None  # as in LightViewWork
 
 
-def method_of(workload: Any) -> Method:
+def method_of(workload: WorkloadConfig) -> Method:
     """The algorithm's choices in a checked workload section."""
     sizes = (*workload.logical_grid, *workload.physical_grid, *workload.grid_tile)
-    return Method(Grid(*sizes), tuple(workload.pixel_tile), workload.depth_offset_cells)
+    return Method(Grid(*sizes), workload.pixel_tile, workload.depth_offset_cells)
 
 
-def record(config: Any) -> list[Recorded]:
-    """Execute the kernels of a checked RunConfig, once for each light view; no machine is played."""
-    scene, method = load_scene(config.scene), method_of(config.workload)
-    seen = eye_view(scene.mesh, scene.camera, scene.width, scene.height)
+def prepare(config: RunConfig, scene: Scene, seen: EyeView) -> list[LightViewWork]:
+    """The light views that the run's light needs."""
+    method, block = method_of(config.workload), config.workload.tile_order == "block"
     plans = plan_faces(scene, seen, scene.lights[config.workload.light], method)
     core = phase_machine(config.machine, BUILD).spec.core
     num_threads = core.num_cores * core.num_threads
-    return [_record(plan, method.grid, num_threads, config.workload.tile_order == "block") for plan in plans]
+    return [
+        LightViewWork(
+            plan,
+            method.grid,
+            tile_order(plan.tiles, num_threads, block),
+            izb_memory.lay_out(method.grid, plan.tiles),
+            num_threads if block else None,
+        )
+        for plan in plans
+    ]
 
 
-def _record(plan: FacePlan, grid: Grid, num_threads: int, block: bool) -> Recorded:
-    memory = izb_memory.lay_out(grid, plan.tiles)
-    order = tile_order(plan.tiles, num_threads, block)
-    build = list(build_work(memory, grid, plan.tiles, plan.transform, order).chunks)
-    cells = grid_fragments(plan, izb_memory.stencil(memory, grid), grid)
-    raster = raster_work(memory, grid, plan.occluders, cells, lambda samples, depths: None)
-    return Recorded(build, list(raster.chunks), num_threads if block else None)
+def prepare_scene(config: RunConfig) -> list[LightViewWork]:
+    """The same, from the configuration alone."""
+    scene = load_scene(config.scene)
+    return prepare(config, scene, eye_view(scene.mesh, scene.camera, scene.width, scene.height))
+
+
+def record(config: RunConfig) -> list[Recorded]:
+    """Execute the kernels of a run, once for each light view; no machine is played."""
+    return [
+        Recorded(list(view.build().chunks), list(view.raster().chunks), view.block_threads)
+        for view in prepare_scene(config)
+    ]
 
 
 def replay(work: Recorded, phase: str, spec: MachineSpec) -> Work:
