@@ -79,7 +79,7 @@ def njit(function: Callable[..., Any] | None = None, **options: Any) -> Any:
 
 
 # For inner loops over states of many arrays: numba counts references to every array of every tuple that it passes
-# around, which can cost twenty times the work itself. Without its runtime (`_nrt`) there is nothing to count; such a
+# around, which can cost far more than the work itself. Without its runtime (`_nrt`) there is nothing to count; such a
 # function must not allocate an array, a slice assignment included. Division by zero follows IEEE, not Python.
 compiled = njit(error_model="numpy", _nrt=False)
 inlined = njit(error_model="numpy", _nrt=False, forceinline=True)

@@ -8,8 +8,8 @@ EXACT, CALIBRATED, PREDICTED, NOT_COMPARABLE = "exact", "calibrated", "predicted
 
 KINDS = {
     EXACT: "a size or formula; has to be equal",
-    CALIBRATED: "a property of the workload; the stand-in scene was chosen to come near it",
-    PREDICTED: "comes out of the simulated machine; never fed in",
+    CALIBRATED: "a stand-in scene, or a reading that the paper leaves open, was chosen to come near it",
+    PREDICTED: "comes out of the simulated machine; the notes say what was chosen knowing it",
     NOT_COMPARABLE: "defined in another way than ours; see the note",
 }
 

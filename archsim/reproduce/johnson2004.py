@@ -1,6 +1,7 @@
 """Tables 1 to 4 of Johnson, Mark, Burns 2004, The Irregular Z-Buffer and its Application to Shadow Mapping.
 
-What the paper prints is in `experiments/johnson2004/printed.yaml`; it is read here to be printed beside ours only.
+What the paper prints is in `experiments/johnson2004/printed.yaml`; no simulation reads it.
+Choices that were made knowing it are named in the notes of the tables.
 """
 
 from __future__ import annotations
@@ -34,6 +35,11 @@ from archsim.run.result import Result
 ID = "johnson2004"
 ROWS = ("doom_light0", "doom_light1", "knot_light0")
 PHASES = ("izb_build", "izb_raster")
+MSHR_NOTE = (
+    "The L1 caches have 4 MSHRs, a number that is not printed. It was 8 at first, and was changed for all scenes "
+    "after these useful cycles had been compared with the paper's; "
+    "experiments/johnson2004/README.md shows 1, 2, 3 and 8."
+)
 PAPER = Paper(
     id=ID,
     title="Johnson, Mark, Burns 2004: The Irregular Z-Buffer and its Application to Shadow Mapping",
@@ -45,11 +51,24 @@ PAPER = Paper(
     },
     notes={
         2: [
+            "Minimum misses are not predictions: the L1's is the L2's hit latency, and CAS latency, line layout and "
+            "the rule that a read ends with its last half-clock beat were chosen, among open readings, "
+            "to give 42 cycles.",
             "L1 miss average: the paper's 6 cycles are the time in the L2 alone; ours are all the time below the L1, "
             "that of L2 misses included.",
             "L2 miss average: the paper prints one range over its scenes and does not name the phase; ours are given "
             "for each scene and phase. The time in the L2 itself is in neither.",
-        ]
+        ],
+        3: [
+            "The kernel was written to take the paper's useful cycles, 39.1 instructions a pair of pixels, which "
+            "follow from this table; what is left to predict are the stalls.",
+            MSHR_NOTE,
+        ],
+        4: [
+            "How the kernel's 14 instructions are shared between fragment, node and hit (5, 7, 2) follows the paper's "
+            "text, and was chosen knowing that such shares fit this table.",
+            MSHR_NOTE,
+        ],
     },
 )
 
@@ -157,7 +176,7 @@ def _memory_cells(rows: dict[str, Row], printed: dict[str, Any]) -> list[Cell]:
         for column, key, ours, unit in sizes:
             cells.append(make_cell(Place(ID, 2, level, column), EXACT, printed[level][key], ours, unit))
         place = Place(ID, 2, level, "miss_minimum")
-        cells.append(make_cell(place, PREDICTED, printed[level]["miss_min"], measured[level], "cycles"))
+        cells.append(make_cell(place, CALIBRATED, printed[level]["miss_min"], measured[level], "cycles"))
         cells += _average_cells(rows, level, printed[level]["miss_avg"])
     return cells
 
