@@ -21,7 +21,14 @@ import platformdirs
 
 _PACKAGE = Path(__file__).resolve().parent
 _KEPT_CACHES = 8
-_NEVER_COMPILED = {"config", "run", "report", "reproduce", "cli"}  # packages that compiled code cannot import
+_NEVER_COMPILED = {
+    "config",
+    "run",
+    "report",
+    "reproduce",
+    "sweep",
+    "cli",
+}  # packages that compiled code cannot import
 
 
 def code_digest(without: frozenset[str] | set[str] = frozenset()) -> str:

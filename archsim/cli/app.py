@@ -104,6 +104,17 @@ def _config_show(
     show(file, overrides or [])
 
 
+@app.command("statistics")
+@at_the_edge
+def _statistics(
+    word: Annotated[str, typer.Argument(metavar="[WORD]", help="Only statistics with this in them.")] = "",
+) -> None:
+    """Print what every statistic of a run means: name, unit, definition."""
+    from archsim.cli.statistics import print_statistics
+
+    print_statistics(word)
+
+
 @app.command("asm")
 @at_the_edge
 def _asm(

@@ -2,90 +2,161 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from archsim.machine.counters import Counters
 from archsim.raster.eye_view import EyeView
-from archsim.run.metrics import ratio
+from archsim.run.measure import Measure, measured, ratio
 from archsim.run.result import Check, Statistic
 from archsim.shadow.workload import IzbWorkload
 
 BUILD, RASTER = "izb_build", "izb_raster"
 
 
+class WorkloadView(NamedTuple):
+    """What the algorithm counted."""
+
+    workload: IzbWorkload
+    num_views: int
+
+
+class PictureView(NamedTuple):
+    """What is seen."""
+
+    seen: EyeView
+    shadow: np.ndarray  # bool [height, width]
+
+
+class CostView(NamedTuple):
+    """A phase's counters beside what they were spent on."""
+
+    workload: IzbWorkload
+    counters: Counters
+
+
+WORKLOAD = [
+    Measure(
+        "samples",
+        "samples",
+        "Pixels that show geometry and are not at the light itself.",
+        lambda view: view.workload.samples,
+    ),
+    Measure(
+        "light_views",
+        "views",
+        "Perspective views that the light needed to hold all samples.",
+        lambda view: view.num_views,
+    ),
+    Measure(
+        "depth_complexity",
+        "triangles",
+        "Triangles covering a sample in the light view.",
+        lambda view: view.workload.depth_complexity,
+    ),
+    Measure(
+        "list_length",
+        "samples",
+        "Samples in a list, over the non-empty physical cells.",
+        lambda view: view.workload.list_length,
+    ),
+    Measure(
+        "non_empty_cells",
+        "cells",
+        "Physical cells whose list holds a sample.",
+        lambda view: view.workload.non_empty_cells,
+    ),
+    Measure(
+        "stencil_width",
+        "cells",
+        "Columns from the first to the last populated logical cell.",
+        lambda view: view.workload.stencil_width,
+    ),
+    Measure(
+        "stencil_height",
+        "cells",
+        "Rows from the first to the last populated logical cell.",
+        lambda view: view.workload.stencil_height,
+    ),
+    Measure(
+        "grid_fragments_pre_stencil",
+        "grid fragments",
+        "Cells overlapped by triangles.",
+        lambda view: view.workload.grid_fragments_pre_stencil,
+    ),
+    Measure(
+        "grid_fragments_post_stencil",
+        "grid fragments",
+        "Cells overlapped by triangles whose stencil is marked.",
+        lambda view: view.workload.grid_fragments_post_stencil,
+    ),
+    Measure(
+        "node_visits",
+        "nodes",
+        "List nodes tested, over all grid fragments.",
+        lambda view: view.workload.node_visits,
+    ),
+    Measure(
+        "framebuffer_fragments_pre_z",
+        "framebuffer fragments",
+        "Samples inside triangles.",
+        lambda view: view.workload.framebuffer_fragments_pre_z,
+    ),
+    Measure(
+        "framebuffer_fragments_post_z",
+        "framebuffer fragments",
+        "Samples inside triangles that pass the z test.",
+        lambda view: view.workload.framebuffer_fragments_post_z,
+    ),
+]
+
+PICTURE = [
+    Measure(
+        "eye_depth_complexity",
+        "triangles",
+        "Triangles that a pixel's ray meets.",
+        lambda view: view.seen.covered.mean(),
+    ),
+    Measure(
+        "shadow_percent", "%", "Pixels in shadow over all pixels.", lambda view: 100.0 * view.shadow.mean()
+    ),
+]
+
+BUILD_COST = [
+    Measure(
+        "cycles_per_point",
+        "cycles",
+        "Build cycles over samples.",
+        lambda view: ratio(view.counters.cycles, view.workload.samples),
+    ),
+]
+
+RASTER_COST = [
+    Measure(
+        "cycles_per_tri_sample",
+        "cycles",
+        "Raster cycles over framebuffer fragments pre z.",
+        lambda view: ratio(view.counters.cycles, view.workload.framebuffer_fragments_pre_z),
+    ),
+]
+
+
 def picture_statistics(seen: EyeView, shadow: np.ndarray) -> list[Statistic]:
     """What the picture shows."""
-    layers, shadowed = float(seen.covered.mean()), 100.0 * float(shadow.mean())
-    return [
-        Statistic(
-            "workload.eye_depth_complexity", layers, "triangles", "Triangles that a pixel's ray meets."
-        ),
-        Statistic("workload.shadow_percent", shadowed, "%", "Pixels in shadow over all pixels."),
-    ]
+    return measured("workload", PICTURE, PictureView(seen, shadow))
 
 
 def workload_statistics(workload: IzbWorkload, num_views: int) -> list[Statistic]:
-    pre, post = "grid fragments", "framebuffer fragments"
-    rows = [
-        (
-            "samples",
-            workload.samples,
-            "samples",
-            "Pixels that show geometry and are not at the light itself.",
-        ),
-        ("light_views", num_views, "views", "Perspective views that the light needed to hold all samples."),
-        (
-            "depth_complexity",
-            workload.depth_complexity,
-            "triangles",
-            "Triangles covering a sample in the light view.",
-        ),
-        (
-            "list_length",
-            workload.list_length,
-            "samples",
-            "Samples in a list, over the non-empty physical cells.",
-        ),
-        ("non_empty_cells", workload.non_empty_cells, "cells", "Physical cells whose list holds a sample."),
-        ("stencil_width", workload.stencil_width, "cells", "Extent of the populated logical cells."),
-        ("stencil_height", workload.stencil_height, "cells", "Extent of the populated logical cells."),
-        (
-            "grid_fragments_pre_stencil",
-            workload.grid_fragments_pre_stencil,
-            pre,
-            "Cells overlapped by triangles.",
-        ),
-        ("grid_fragments_post_stencil", workload.grid_fragments_post_stencil, pre, "Those on a marked cell."),
-        ("node_visits", workload.node_visits, "nodes", "List nodes tested, over all grid fragments."),
-        (
-            "framebuffer_fragments_pre_z",
-            workload.framebuffer_fragments_pre_z,
-            post,
-            "Samples inside triangles.",
-        ),
-        (
-            "framebuffer_fragments_post_z",
-            workload.framebuffer_fragments_post_z,
-            post,
-            "Those that pass the z test.",
-        ),
-    ]
-    return [Statistic(f"workload.{name}", value, unit, text) for name, value, unit, text in rows]
+    """What the algorithm asks of the machine."""
+    return measured("workload", WORKLOAD, WorkloadView(workload, num_views))
 
 
 def paper_ratios(workload: IzbWorkload, build: Counters, raster: Counters) -> list[Statistic]:
-    per_point = ratio(build.cycles, workload.samples)
-    per_fragment = ratio(raster.cycles, workload.framebuffer_fragments_pre_z)
+    """The two costs that [Johnson04] tables 3 and 4 print."""
     return [
-        Statistic(f"{BUILD}.cycles_per_point", per_point, "cycles", "Build cycles over samples."),
-        Statistic(
-            f"{RASTER}.cycles_per_tri_sample",
-            per_fragment,
-            "cycles",
-            "Raster cycles over framebuffer fragments pre z.",
-        ),
+        *measured(BUILD, BUILD_COST, CostView(workload, build)),
+        *measured(RASTER, RASTER_COST, CostView(workload, raster)),
     ]
 
 

@@ -2,191 +2,272 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from archsim.machine.build import PhaseMachine
 from archsim.machine.counters import STALL_LOCK, STALL_NO_WORK, STALL_SUPPLIER, Counters
-from archsim.model.cache.spec import DRAM_PARENT
+from archsim.model.cache.spec import DRAM_PARENT, CacheSpec
+from archsim.run.measure import Measure, measured, percent, ratio
 from archsim.run.result import Check, Statistic
 
 
-def ratio(part: float, whole: float) -> float:
-    """part / whole, 0 when there is no whole."""
-    return float(part) / float(whole) if whole else 0.0
+class PhaseView(NamedTuple):
+    """A phase that was played."""
+
+    machine: PhaseMachine
+    counters: Counters
+
+    @property
+    def slots(self) -> int:
+        """Issue slots of all cores."""
+        return self.counters.cycles * self.machine.spec.core.num_cores
+
+    def stalled(self, reason: int) -> int:
+        """Empty issue slots of all cores with that reason."""
+        return int(self.counters.stalled[:, reason].sum())
+
+    def cycles_of(self, ticks: float) -> float:
+        """Core cycles in a number of ticks."""
+        return ticks / self.machine.spec.core.period_ticks
 
 
-def percent(part: float, whole: float) -> float:
-    return 100.0 * ratio(part, whole)
+class LevelView(NamedTuple):
+    """A level that supplies lines: the caches of one name, or the DRAM."""
+
+    phase: PhaseView
+    members: tuple[int, ...]  # indices among caches and DRAM
+
+
+class CacheView(NamedTuple):
+    """The caches of one name together."""
+
+    phase: PhaseView
+    members: list[int]  # indices of the caches
+
+    def total(self, counter: str) -> int:
+        """A counter's sum over these caches."""
+        return int(getattr(self.phase.counters, f"cache_{counter}")[self.members].sum())
+
+    @property
+    def accesses(self) -> int:
+        """Accepted lookups of any kind."""
+        return self.total("reads") + self.total("writes") + self.total("writebacks_in")
+
+    @property
+    def specs(self) -> list[CacheSpec]:
+        return [self.phase.machine.spec.caches[index] for index in self.members]
+
+
+class DramView(NamedTuple):
+    """All DRAM channels together."""
+
+    phase: PhaseView
+
+    def total(self, counter: str) -> int:
+        """A counter's sum over the channels."""
+        return int(getattr(self.phase.counters, f"dram_{counter}").sum())
+
+    @property
+    def moved_bytes(self) -> int:
+        return self.total("data_clocks") * 2 * self.phase.machine.spec.dram.beat_bytes
+
+    @property
+    def bus_clocks(self) -> float:
+        """Memory clocks in `cycles`, summed over the channels' data buses."""
+        spec = self.phase.machine.spec
+        clocks = self.phase.counters.cycles * spec.core.period_ticks / spec.dram.period_ticks
+        return clocks * spec.dram.num_channels
+
+
+CORES = [
+    Measure(
+        "cycles", "cycles", "Core cycles until the last task was finished.", lambda view: view.counters.cycles
+    ),
+    Measure(
+        "instructions",
+        "instructions",
+        "Issue slots in which an instruction was issued.",
+        lambda view: view.counters.useful.sum(),
+    ),
+    Measure("tasks", "tasks", "Tasks finished.", lambda view: view.counters.tasks.sum()),
+    Measure("emitted", "items", "EMIT operations.", lambda view: view.counters.emitted.sum()),
+    Measure(
+        "useful_percent",
+        "%",
+        "Share of issue slots that were used.",
+        lambda view: percent(view.counters.useful.sum(), view.slots),
+    ),
+    Measure(
+        "frames_per_second",
+        "frames/s",
+        "Core clock frequency over cycles: the rate if a frame were this phase alone.",
+        lambda view: ratio(view.cycles_of(view.machine.tick_hertz), view.counters.cycles),
+    ),
+    Measure(
+        "stall.no_work_percent",
+        "%",
+        "Slots empty for want of tasks.",
+        lambda view: percent(view.stalled(STALL_NO_WORK), view.slots),
+    ),
+    Measure(
+        "stall.lock_percent",
+        "%",
+        "Slots empty while waiting for a lock.",
+        lambda view: percent(view.stalled(STALL_LOCK), view.slots),
+    ),
+]
+
+LEVELS = [
+    Measure(
+        "stall.{level}_percent",
+        "%",
+        "Slots empty while waiting for a line from {level}.",
+        lambda view: percent(
+            sum(view.phase.stalled(STALL_SUPPLIER + index) for index in view.members), view.phase.slots
+        ),
+    ),
+]
+
+LOCKS = [
+    Measure("taken", "grants", "LOCK operations granted.", lambda view: view.counters.locks_taken),
+    Measure(
+        "waited",
+        "grants",
+        "LOCK operations that found the lock held.",
+        lambda view: view.counters.locks_waited,
+    ),
+    Measure(
+        "average_wait_cycles",
+        "cycles",
+        "Cycles from asking to grant, over the LOCKs that waited.",
+        lambda view: ratio(view.cycles_of(view.counters.lock_wait_ticks), view.counters.locks_waited),
+    ),
+]
+
+CACHES = [
+    Measure(
+        "accesses",
+        "lookups",
+        "Accepted lookups: reads, writes and write-backs from children.",
+        lambda view: view.accesses,
+    ),
+    Measure(
+        "reads", "lookups", "Read lookups: loads or a child's fetches.", lambda view: view.total("reads")
+    ),
+    Measure("writes", "lookups", "Write lookups: stores.", lambda view: view.total("writes")),
+    Measure(
+        "writebacks_in", "lookups", "Write-backs from children.", lambda view: view.total("writebacks_in")
+    ),
+    Measure("hits", "lookups", "Lookups that found their line present.", lambda view: view.total("hits")),
+    Measure(
+        "merges", "lookups", "Lookups that found their line on its way.", lambda view: view.total("merges")
+    ),
+    Measure("misses", "lookups", "Lookups that found no line.", lambda view: view.total("misses")),
+    Measure("fetches", "lines", "Lines fetched from the next level.", lambda view: view.total("fetches")),
+    Measure(
+        "writebacks",
+        "lines",
+        "Dirty victims sent to the next level.",
+        lambda view: view.total("writebacks_out"),
+    ),
+    Measure(
+        "hit_percent",
+        "%",
+        "Hits over accesses.",
+        lambda view: percent(view.total("hits"), view.accesses),
+    ),
+    Measure(
+        "port_percent",
+        "%",
+        "Accesses over what the ports could take in `cycles`.",
+        lambda view: percent(
+            view.accesses, view.phase.counters.cycles * sum(spec.num_ports for spec in view.specs)
+        ),
+    ),
+    Measure(
+        "blocked_cycles",
+        "cycles",
+        "Cycles in which the oldest request could not be accepted.",
+        lambda view: view.total("blocked"),
+    ),
+    Measure(
+        "average_miss_cycles",
+        "cycles",
+        "Cycles from a fetch reaching the next level to its fill, averaged over fetches: "
+        "time spent below this level.",
+        lambda view: ratio(view.phase.cycles_of(view.total("fetch_ticks")), view.total("fetches")),
+    ),
+]
+
+DRAM = [
+    Measure(
+        "requests",
+        "requests",
+        "Line requests served.",
+        lambda view: view.total("reads") + view.total("writes"),
+    ),
+    Measure("reads", "requests", "Read requests served.", lambda view: view.total("reads")),
+    Measure("writes", "requests", "Write requests served.", lambda view: view.total("writes")),
+    Measure(
+        "row_hits",
+        "requests",
+        "Requests whose row was open when first considered.",
+        lambda view: view.total("row_hits"),
+    ),
+    Measure(
+        "row_misses",
+        "requests",
+        "Requests whose bank was closed when first considered.",
+        lambda view: view.total("row_misses"),
+    ),
+    Measure(
+        "row_conflicts",
+        "requests",
+        "Requests that met another open row when first considered.",
+        lambda view: view.total("row_conflicts"),
+    ),
+    Measure("activates", "commands", "ACT commands.", lambda view: view.total("activates")),
+    Measure(
+        "precharges",
+        "commands",
+        "PRE commands; one for all banks counts once.",
+        lambda view: view.total("precharges"),
+    ),
+    Measure("refreshes", "commands", "REF commands.", lambda view: view.total("refreshes")),
+    Measure("bytes", "bytes", "Bytes carried by the data buses.", lambda view: view.moved_bytes),
+    Measure(
+        "bandwidth_bytes_per_cycle",
+        "bytes/cycle",
+        "Bytes over core cycles.",
+        lambda view: ratio(view.moved_bytes, view.phase.counters.cycles),
+    ),
+    Measure(
+        "bus_percent",
+        "%",
+        "Clocks in which a data bus carried data over those in `cycles`.",
+        lambda view: percent(view.total("data_clocks"), view.bus_clocks),
+    ),
+]
 
 
 def phase_statistics(phase: str, machine: PhaseMachine, counters: Counters) -> list[Statistic]:
     """Every counter of a phase and the ratios made of them, named `phase.component.what`."""
-    rows: list[Statistic] = []
-
-    def add(name: str, value: float, unit: str, description: str) -> None:
-        number = int(value) if isinstance(value, int | np.integer) else float(value)
-        rows.append(Statistic(f"{phase}.{name}", number, unit, description))
-
-    _core_statistics(machine, counters, add)
-    for name in dict.fromkeys(machine.cache_names):
-        _cache_statistics(machine, counters, name, add)
-    _dram_statistics(machine, counters, add)
-    return rows
+    view = PhaseView(machine, counters)
+    found = measured(phase, CORES, view)
+    for level, members in _by_name([*machine.cache_names, "dram"]).items():
+        found += measured(phase, LEVELS, LevelView(view, tuple(members)), level=level)
+    found += measured(f"{phase}.locks", LOCKS, view)
+    for cache, members in _by_name(machine.cache_names).items():
+        found += measured(f"{phase}.{cache}", CACHES, CacheView(view, members))
+    return found + measured(f"{phase}.dram", DRAM, DramView(view))
 
 
-Add = Callable[[str, float, str, str], None]
-
-
-def _core_statistics(machine: PhaseMachine, counters: Counters, add: Add) -> None:
-    spec = machine.spec
-    slots = counters.cycles * spec.core.num_cores
-    frequency = machine.tick_hertz / spec.core.period_ticks
-    add("cycles", counters.cycles, "cycles", "Core cycles until the last task was finished.")
-    add(
-        "instructions",
-        counters.useful.sum(),
-        "instructions",
-        "Issue slots in which an instruction was issued.",
-    )
-    add("tasks", counters.tasks.sum(), "tasks", "Tasks finished.")
-    add("emitted", counters.emitted.sum(), "items", "EMIT operations.")
-    add("useful_percent", percent(counters.useful.sum(), slots), "%", "Share of issue slots that were used.")
-    add(
-        "frames_per_second",
-        ratio(frequency, counters.cycles),
-        "frames/s",
-        "Core clock frequency over cycles: the rate if a frame were this phase alone.",
-    )
-    stalled = counters.stalled.sum(axis=0)
-    add(
-        "stall.no_work_percent", percent(stalled[STALL_NO_WORK], slots), "%", "Slots empty for want of tasks."
-    )
-    add(
-        "stall.lock_percent",
-        percent(stalled[STALL_LOCK], slots),
-        "%",
-        "Slots empty while waiting for a lock.",
-    )
-    suppliers = [*machine.cache_names, "dram"]
-    for name in dict.fromkeys(suppliers):
-        empty = sum(int(stalled[STALL_SUPPLIER + k]) for k, other in enumerate(suppliers) if other == name)
-        add(
-            f"stall.{name}_percent",
-            percent(empty, slots),
-            "%",
-            f"Slots empty while waiting for a line from {name}.",
-        )
-    add("locks.taken", counters.locks_taken, "grants", "LOCK operations granted.")
-    add("locks.waited", counters.locks_waited, "grants", "LOCK operations that found the lock held.")
-    waited = ratio(counters.lock_wait_ticks / spec.core.period_ticks, counters.locks_waited)
-    add(
-        "locks.average_wait_cycles",
-        waited,
-        "cycles",
-        "Cycles from asking to grant, over the LOCKs that waited.",
-    )
-
-
-def _cache_statistics(machine: PhaseMachine, counters: Counters, name: str, add: Add) -> None:
-    own = [index for index, other in enumerate(machine.cache_names) if other == name]
-
-    def total(counter: np.ndarray) -> int:
-        return int(counter[own].sum())
-
-    accesses = (
-        total(counters.cache_reads) + total(counters.cache_writes) + total(counters.cache_writebacks_in)
-    )
-    fetches = total(counters.cache_fetches)
-    add(
-        f"{name}.accesses",
-        accesses,
-        "lookups",
-        "Accepted lookups: reads, writes and write-backs from children.",
-    )
-    add(f"{name}.reads", total(counters.cache_reads), "lookups", "Read lookups: loads or a child's fetches.")
-    add(f"{name}.writes", total(counters.cache_writes), "lookups", "Write lookups: stores.")
-    add(f"{name}.writebacks_in", total(counters.cache_writebacks_in), "lookups", "Write-backs from children.")
-    add(f"{name}.hits", total(counters.cache_hits), "lookups", "Lookups that found their line present.")
-    add(
-        f"{name}.merges", total(counters.cache_merges), "lookups", "Lookups that found their line on its way."
-    )
-    add(f"{name}.misses", total(counters.cache_misses), "lookups", "Lookups that found no line.")
-    add(f"{name}.fetches", fetches, "lines", "Lines fetched from the next level.")
-    add(
-        f"{name}.writebacks",
-        total(counters.cache_writebacks_out),
-        "lines",
-        "Dirty victims sent to the next level.",
-    )
-    add(f"{name}.hit_percent", percent(total(counters.cache_hits), accesses), "%", "Hits over accesses.")
-    lookups = counters.cycles * sum(machine.spec.caches[index].num_ports for index in own)
-    add(
-        f"{name}.port_percent",
-        percent(accesses, lookups),
-        "%",
-        "Accesses over what the ports could take in `cycles`.",
-    )
-    blocked = total(counters.cache_blocked)
-    add(
-        f"{name}.blocked_cycles",
-        blocked,
-        "cycles",
-        "Cycles in which the oldest request could not be accepted.",
-    )
-    below = ratio(total(counters.cache_fetch_ticks) / machine.spec.core.period_ticks, fetches)
-    add(
-        f"{name}.average_miss_cycles",
-        below,
-        "cycles",
-        "Cycles from a fetch reaching the next level to its fill, averaged over fetches: time spent below this level.",
-    )
-
-
-def _dram_statistics(machine: PhaseMachine, counters: Counters, add: Add) -> None:
-    spec = machine.spec
-    reads, writes = int(counters.dram_reads.sum()), int(counters.dram_writes.sum())
-    moved = int(counters.dram_data_clocks.sum()) * 2 * spec.dram.beat_bytes
-    clocks = counters.cycles * spec.core.period_ticks / spec.dram.period_ticks
-    add("dram.requests", reads + writes, "requests", "Line requests served.")
-    add("dram.reads", reads, "requests", "Read requests served.")
-    add("dram.writes", writes, "requests", "Write requests served.")
-    add(
-        "dram.row_hits",
-        counters.dram_row_hits.sum(),
-        "requests",
-        "Requests whose row was open when first considered.",
-    )
-    add("dram.row_misses", counters.dram_row_misses.sum(), "requests", "Requests whose bank was closed then.")
-    add(
-        "dram.row_conflicts",
-        counters.dram_row_conflicts.sum(),
-        "requests",
-        "Requests that met another open row.",
-    )
-    add("dram.activates", counters.dram_activates.sum(), "commands", "ACT commands.")
-    add(
-        "dram.precharges",
-        counters.dram_precharges.sum(),
-        "commands",
-        "PRE commands; one for all banks counts once.",
-    )
-    add("dram.refreshes", counters.dram_refreshes.sum(), "commands", "REF commands.")
-    add("dram.bytes", moved, "bytes", "Bytes carried by the data buses.")
-    add(
-        "dram.bandwidth_bytes_per_cycle",
-        ratio(moved, counters.cycles),
-        "bytes/cycle",
-        "Bytes over core cycles.",
-    )
-    busy = percent(counters.dram_data_clocks.sum(), clocks * spec.dram.num_channels)
-    add(
-        "dram.bus_percent",
-        busy,
-        "%",
-        "Clocks in which a data bus carried data over those in `cycles`.",
-    )
+def _by_name(names: Sequence[str]) -> dict[str, list[int]]:
+    """Indices of each name, in the order of first appearance."""
+    return {name: [k for k, other in enumerate(names) if other == name] for name in dict.fromkeys(names)}
 
 
 def phase_checks(phase: str, machine: PhaseMachine, counters: Counters) -> list[Check]:

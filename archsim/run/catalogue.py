@@ -1,0 +1,59 @@
+"""Every statistic that a run can have: where its table stands, and the reference made of the tables."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from archsim.run import izb_statistics, metrics
+from archsim.run.measure import Measure, Table
+
+
+class Section(NamedTuple):
+    """One table and the names that its statistics get."""
+
+    title: str
+    prefix: str  # names in braces stand for a phase, a cache, or a level of the memory system
+    table: Table
+
+
+SECTIONS = [
+    Section("Cores, in every phase", "{phase}", metrics.CORES),
+    Section("What the cores waited for, for every cache and the DRAM", "{phase}", metrics.LEVELS),
+    Section("Locks, in every phase", "{phase}.locks", metrics.LOCKS),
+    Section("Every cache, in every phase; caches of one name are summed", "{phase}.{cache}", metrics.CACHES),
+    Section("DRAM, in every phase, summed over the channels", "{phase}.dram", metrics.DRAM),
+    Section("Irregular shadow mapping: the workload", "workload", izb_statistics.WORKLOAD),
+    Section("Irregular shadow mapping: the picture", "workload", izb_statistics.PICTURE),
+    Section("Irregular shadow mapping: the build phase", "izb_build", izb_statistics.BUILD_COST),
+    Section("Irregular shadow mapping: the raster phase", "izb_raster", izb_statistics.RASTER_COST),
+]
+
+_HEAD = """\
+# Statistics
+
+Every number in `result.json`, with its unit and the one sentence that defines it. `{phase}` is a phase of the
+workload, such as `izb_build`; `{cache}` is a cache of the machine by name, such as `l2`; `{level}` is a cache, or
+`dram`. This page is printed by `archsim statistics`.
+"""
+
+
+def reference() -> str:
+    """The statistics reference as a page of Markdown."""
+    return "\n".join([_HEAD, *(_section(section) for section in SECTIONS)])
+
+
+def entries() -> Iterator[tuple[str, Measure]]:
+    """(full name with braces, line of its table) of every statistic."""
+    for section in SECTIONS:
+        for measure in section.table:
+            yield f"{section.prefix}.{measure.name}", measure
+
+
+def _section(section: Section) -> str:
+    rows = [
+        f"| `{section.prefix}.{measure.name}` | {measure.unit} | {measure.definition} |"
+        for measure in section.table
+    ]
+    head = ["| statistic | unit | definition |", "|---|---|---|"]
+    return "\n".join([f"## {section.title}", "", *head, *rows, ""])
