@@ -201,24 +201,23 @@ def _for_schema(parse):
     return validate
 
 
-def _json(example: str) -> WithJsonSchema:
-    return WithJsonSchema({"type": ["string", "number"], "examples": [example]})
+def _json(dimension: _Dimension) -> WithJsonSchema:
+    schema = {"type": ["string", "number"], "examples": [dimension.example], "unit": dimension.plain}
+    return WithJsonSchema(schema)
 
 
 # Field types of the configuration: read what people write, serialise to what people read.
-Bytes = Annotated[
-    int, BeforeValidator(_for_schema(parse_bytes)), PlainSerializer(format_bytes), _json(_SIZE.example)
-]
+Bytes = Annotated[int, BeforeValidator(_for_schema(parse_bytes)), PlainSerializer(format_bytes), _json(_SIZE)]
 Frequency = Annotated[
     int,
     BeforeValidator(_for_schema(parse_frequency)),
     PlainSerializer(format_frequency),
-    _json(_FREQUENCY.example),
+    _json(_FREQUENCY),
 ]
 Duration = Annotated[
     Fraction,
     PlainValidator(_for_schema(parse_duration)),
     PlainSerializer(format_duration),
-    _json(_DURATION.example),
+    _json(_DURATION),
 ]
-Cycles = Annotated[int, BeforeValidator(_for_schema(parse_cycles)), _json(_CYCLES.example)]
+Cycles = Annotated[int, BeforeValidator(_for_schema(parse_cycles)), _json(_CYCLES)]

@@ -19,7 +19,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 config_app = typer.Typer(
-    name="config", help="Check and show configurations.", no_args_is_help=True, rich_markup_mode=None
+    name="config", help="Check, show and explain configurations.", no_args_is_help=True, rich_markup_mode=None
 )
 app.add_typer(config_app)
 
@@ -102,6 +102,32 @@ def _config_show(
     from archsim.cli.configs import show
 
     show(file, overrides or [])
+
+
+@config_app.command("explain")
+@at_the_edge
+def _config_explain(
+    key: Annotated[
+        str, typer.Argument(metavar="KEY", help="A dotted path, e.g. machine.components.l2.size.")
+    ],
+    file: Annotated[str, typer.Argument(metavar="[FILE]", help="The run that it is looked up in.")] = "tiny",
+    overrides: Overrides = None,
+) -> None:
+    """Explain one key: value, unit, default, who set it, range, meaning."""
+    from archsim.cli.configs import print_explained
+
+    print_explained(key, file, overrides or [])
+
+
+@config_app.command("schema")
+@at_the_edge
+def _config_schema(
+    part: Annotated[str, typer.Argument(metavar="[run|machine|scene|workload]")] = "run",
+) -> None:
+    """Print the JSON Schema of a configuration file, for completion and checks in an editor."""
+    from archsim.cli.configs import print_schema
+
+    print_schema(part)
 
 
 @app.command("statistics")

@@ -1,11 +1,14 @@
-"""`archsim config check|show`."""
+"""`archsim config check|show|explain|schema`."""
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 from archsim import resources
-from archsim.config import load_any, resolved_yaml
+from archsim.config import load_any, load_run_with_origins, resolved_yaml
+from archsim.config.documentation import editor_schema
+from archsim.config.explain import explain
 from archsim.errors import ArchsimError, Problem, did_you_mean, fail
 
 
@@ -25,6 +28,26 @@ def check(files: list[str], overrides: list[str]) -> None:
 def show(file: str, overrides: list[str]) -> None:
     """Print the resolved configuration."""
     print(resolved_yaml(load_any(find_run(file), overrides)), end="")
+
+
+def print_explained(key: str, file: str, overrides: list[str]) -> None:
+    """Print what is known of a key of a run."""
+    found = explain(load_run_with_origins(find_run(file), overrides), key)
+    print(found.path)
+    for head, text in (
+        ("value", found.value),
+        ("meaning", found.meaning),
+        ("unit", found.unit or "-"),
+        ("accepted", found.accepted),
+        ("default", found.default),
+        ("set by", found.where or "the default"),
+    ):
+        print(f"  {head:<9} {text}")
+
+
+def print_schema(part: str) -> None:
+    """Print the JSON Schema of a run's file or of a part's."""
+    print(json.dumps(editor_schema(part), indent=1))
 
 
 def find_run(name: str) -> str:

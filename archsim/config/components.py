@@ -16,18 +16,18 @@ INTERLEAVED = "interleaved"  # as `tasks` of a core
 
 Size = Annotated[Bytes, Field(ge=1, le=2**40)]
 Small = Annotated[int, Field(ge=1, le=4096)]
-Clocks = Annotated[int, Field(ge=1, le=1_000_000)]
+Clocks = Annotated[int, Field(ge=1, le=1_000_000, json_schema_extra={"unit": "memory clocks"})]
 
 
 class CoreConfig(Section):
     """`count` equal multithreaded processors: one instruction a cycle, round robin, free thread switches."""
 
     kind: Literal["core"]
-    count: Small
+    count: Small  # equal cores of this name
     threads: Small  # of each processor
-    clock: str
+    clock: str  # its clock, by name
     memory: str  # the cache that loads and stores go to
-    locks: str | None
+    locks: str | None  # the table that LOCK and UNLOCK go to; null: none
     tasks: str  # INTERLEAVED, or the fifo that hands tasks to the first free thread
 
 
@@ -36,15 +36,15 @@ class CacheConfig(Section):
 
     kind: Literal["cache"]
     private: bool = False  # one for each core of the groups that name it as their memory
-    size: Size
-    ways: Count
-    line: Size
-    hit_cycles: Annotated[Cycles, Field(ge=1, le=1_000_000)]
+    size: Size  # of all lines together: sets x ways x line
+    ways: Count  # lines of a set
+    line: Size  # a power of two
+    hit_cycles: Annotated[Cycles, Field(ge=1, le=1_000_000)]  # from lookup to answer
     mshrs: Count  # lines that can be on their way
     targets: Count  # requests that can wait for one line
     ports: Small  # lookups a cycle
     next: str  # the cache or DRAM that misses go to
-    clock: str
+    clock: str  # its clock, by name: that of the cores above it
 
     @property
     def num_sets(self) -> int:
@@ -60,7 +60,7 @@ class UnitConfig(Section):
     """A fixed-function stage that makes one task every `interval_cycles`; 0: a task is always there."""
 
     kind: Literal["unit"]
-    interval_cycles: Annotated[Cycles, Field(ge=0, le=1_000_000)]
+    interval_cycles: Annotated[Cycles, Field(ge=0, le=1_000_000)]  # between two tasks; 0: one is always there
     output: str  # the fifo
 
 
@@ -68,14 +68,14 @@ class FifoConfig(Section):
     """A queue of at most `entries` tasks."""
 
     kind: Literal["fifo"]
-    entries: Count
+    entries: Count  # tasks that it holds at most
 
 
 class LocksConfig(Section):
     """A table of `count` on-chip locks."""
 
     kind: Literal["locks"]
-    count: Count
+    count: Count  # locks, numbered from 0
 
 
 class TimingConfig(Section):
@@ -107,19 +107,19 @@ class DramConfig(Section):
     """Independent DRAM channels, each with its own commands, data and banks."""
 
     kind: Literal["dram"]
-    clock: str
-    channels: Small
+    clock: str  # its clock, by name
+    channels: Small  # independent channels
     banks: Small  # of a channel
     rows: Count  # of a bank
-    row_bytes: Size
+    row_bytes: Size  # of one bank
     channel_width: Size  # bytes of one beat
-    burst_beats: Annotated[int, Field(ge=2, le=256)]
+    burst_beats: Annotated[int, Field(ge=2, le=256)]  # beats of one column command
     data_rate: Literal[2]  # beats a clock
     address_map: str  # ADDRESS_FIELDS from the most to the least significant bits
     queue_entries: Count  # oldest requests of a channel that the scheduler sees
-    scheduler: Literal["fcfs", "fr_fcfs"]
+    scheduler: Literal["fcfs", "fr_fcfs"]  # fcfs: the oldest request; fr_fcfs: row hits first
     max_wait_clocks: Annotated[int, Field(ge=0, le=1_000_000_000)]  # fr_fcfs: a longer wait is served first
-    timing: TimingConfig
+    timing: TimingConfig  # constraints of the data sheet
 
     def address_fields(self, line_bytes: int) -> dict[str, tuple[int, int]]:
         """(shift, bits) of every field of the byte address, for the last cache's line size."""

@@ -29,17 +29,17 @@ Kind = TypeVar("Kind", CoreConfig, CacheConfig, UnitConfig, FifoConfig, LocksCon
 class RolesConfig(Section):
     """The group of cores that runs each phase of irregular shadow mapping."""
 
-    izb_build: str
-    izb_raster: str
+    izb_build: str  # the cores that build the grid of lists
+    izb_raster: str  # the cores that test triangles against samples
 
 
 class MachineConfig(Section):
     """A graph of components; they refer to each other, and to clocks, by name."""
 
-    name: Name
-    clocks: Annotated[dict[ComponentName, Frequency], Field(min_length=1)]
-    components: dict[ComponentName, ComponentConfig]
-    roles: RolesConfig
+    name: Name  # what the machine is called
+    clocks: Annotated[dict[ComponentName, Frequency], Field(min_length=1)]  # frequencies by name
+    components: dict[ComponentName, ComponentConfig]  # components by name
+    roles: RolesConfig  # which cores run which phase
 
     def all_of(self, kind: type[Kind]) -> dict[str, Kind]:
         """The components of one kind by name."""

@@ -15,10 +15,11 @@ from archsim.config.workload import WorkloadConfig
 class RunConfig(Section):
     """Everything that a run depends on."""
 
-    name: Name
-    scene: SceneConfig
-    workload: WorkloadConfig
-    machine: MachineConfig
+    name: Name  # what the run is called; names its folder
+    scene: SceneConfig  # what is drawn
+    workload: WorkloadConfig  # what is computed
+    machine: MachineConfig  # what it is computed on
+    # reference: SimPy, to be believed; compiled: the same, fast
     model: Literal["reference", "compiled"] = "compiled"
     seed: Annotated[int, Field(ge=0, le=2**32 - 1)] = 0  # of whatever is drawn at random; so far nothing is
 

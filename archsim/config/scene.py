@@ -13,8 +13,8 @@ from archsim.config.section import Finding, Name, Section, Vector, report
 MESH_SUFFIXES = (".npz", ".ply", ".obj", ".stl", ".glb")
 MIN_ANGLE_SINE = 1e-6  # between the view direction and up
 
-Degrees = Annotated[float, Field(ge=1, le=170)]
-Extent = Annotated[int, Field(ge=1, le=8192)]
+Degrees = Annotated[float, Field(ge=1, le=170, json_schema_extra={"unit": "degrees"})]
+Extent = Annotated[int, Field(ge=1, le=8192, json_schema_extra={"unit": "pixels"})]
 Seed = Annotated[int, Field(ge=0, le=2**32 - 1)]
 
 
@@ -33,18 +33,19 @@ Number = Annotated[int | float, PlainValidator(_number), WithJsonSchema({"type":
 class GeneratorConfig(Section):
     """A mesh that is computed: the generator's name, its seed, and parameters other than its usual ones."""
 
-    generator: Literal["knot_and_spheres", "quad_and_triangle"]
-    seed: Seed = 0
-    parameters: dict[str, Number] = Field(default_factory=dict)
+    generator: Literal["knot_and_spheres", "quad_and_triangle"]  # which generator
+    seed: Seed = 0  # of all that it draws at random
+    parameters: dict[str, Number] = Field(default_factory=dict)  # in place of its usual ones, by name
 
 
 class CameraConfig(Section):
     """A perspective camera; lengths in world units, `fovy_degrees` is the full vertical angle."""
 
-    eye: Vector
-    target: Vector
-    up: Vector
-    fovy_degrees: Degrees
+    eye: Vector  # where the camera is
+    target: Vector  # the point in the middle of the picture
+    up: Vector  # which way is up in the picture
+    fovy_degrees: Degrees  # full vertical angle
+    # what is nearer than this along the line of sight is not seen
     near: Annotated[float, Field(gt=0, le=1e9)]
 
     @model_validator(mode="after")
@@ -56,16 +57,16 @@ class CameraConfig(Section):
 class ViewConfig(Section):
     """A fixed square frustum of a light, whose eye is the light's position."""
 
-    target: Vector
-    up: Vector
-    fovy_degrees: Degrees
+    target: Vector  # the point in the middle of the view
+    up: Vector  # which way is up in the view
+    fovy_degrees: Degrees  # full angle
 
 
 class LightConfig(Section):
     """A point light. Without a `view` its frustum is fitted tightly to the samples."""
 
-    position: Vector
-    view: ViewConfig | None = None
+    position: Vector  # where the light is
+    view: ViewConfig | None = None  # a fixed view; null: fitted tightly to the samples
 
     @model_validator(mode="after")
     def _check(self) -> LightConfig:
@@ -88,11 +89,12 @@ MeshConfig = Annotated[
 class SceneConfig(Section):
     """A mesh (packaged name, path or generator), a camera, lights, the image's [width, height] in pixels."""
 
-    name: Name
-    mesh: MeshConfig
-    camera: CameraConfig
+    name: Name  # what the scene is called
+    mesh: MeshConfig  # a packaged mesh by name, the path of a file, or a generator
+    camera: CameraConfig  # where the picture is taken from
+    # point lights; a workload uses one of them
     lights: Annotated[tuple[LightConfig, ...], Field(strict=False, min_length=1, max_length=1000)]
-    resolution: Annotated[tuple[Extent, Extent], Field(strict=False)]
+    resolution: Annotated[tuple[Extent, Extent], Field(strict=False)]  # width and height of the picture
 
 
 def _check_axes(eye: Vector, target: Vector, up: Vector, eye_name: str) -> list[Finding]:

@@ -11,7 +11,7 @@ from archsim.config.section import Finding, Section, is_power_of_two, report
 MAX_PAIRS = 240  # of pixels in a tile: the build kernel holds their positions in c[15] to c[254]
 MAX_CELLS = 2**24  # integers that a float32 register holds exactly
 
-Cells = Annotated[int, Field(ge=1, le=4096)]
+Cells = Annotated[int, Field(ge=1, le=4096, json_schema_extra={"unit": "cells"})]
 Size = Annotated[tuple[Cells, Cells], Field(strict=False)]
 _SIDES = ("width", "height")
 

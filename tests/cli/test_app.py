@@ -216,3 +216,14 @@ def test_rows_tell_their_progress_by_name(monkeypatch):
     simulate_row("knot_light0", lambda *report: told.append(report))
 
     assert told == [("knot_light0 build", 1, 2)]
+
+
+def test_a_key_is_explained_with_the_place_that_set_it():
+    lines = archsim_("config", "explain", "seed", "tiny", "--set", "seed=3").stdout.splitlines()
+
+    assert lines[0] == "seed"
+    assert lines[-1].split("set by")[1].strip() == "--set seed=3"
+
+
+def test_the_schema_is_json():
+    assert json.loads(archsim_("config", "schema", "machine").stdout)["title"] == "MachineConfig"
