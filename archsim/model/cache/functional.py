@@ -1,0 +1,328 @@
+"""Caches without time: one requester, a chain of caches, every request finished before the next one is made.
+
+It counts what Dinero IV counts (Edler and Hill 1998), for the policies that both have: requests that cross lines are
+split, one after the other; what a request causes at the next level is finished before anything else happens; a miss
+sends its fetch, then the write itself if it goes through, then the victim's dirty sectors from the highest address
+down (VictimOrder.WRITE_BACK_FIRST: these first).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from archsim.jit import compiled, inlined
+from archsim.model.cache.replacement import random_way, tree_points_to, tree_used
+from archsim.model.cache.spec import MAX_SECTORS, CacheSpec, Replacement, VictimOrder, WritePolicy
+from archsim.model.compiled import record
+
+_NO_LINE = -1
+_NO_WAY = -1
+
+_LEVEL = record(
+    "first_set",  # where the level's sets begin among those of all levels
+    "set_mask",
+    "num_ways",
+    "line_shift",
+    "sector_shift",
+    "replacement",
+    "seed",
+    "writes_through",
+    "allocates_writes",
+    "victim_order",
+)
+_REQUEST = record("level", "address", "bytes", "is_write")
+_SET = record("last_way", "tree")  # way of the last use; bits of TREE_PLRU
+
+
+class LevelCounts(NamedTuple):
+    """What one level did. A request that crosses lines counts once for each line."""
+
+    reads: int
+    writes: int  # stores, write-backs and written-through writes from above
+    read_misses: int  # reads that did not find all their sectors
+    write_misses: int
+    fetches: int  # reads sent to the next level
+    writebacks: int  # runs of dirty sectors of victims, sent to the next level
+    writethroughs: int  # writes sent on as they are
+    bytes_read: int  # from the next level
+    bytes_written: int  # to the next level
+
+
+_COUNTS = record(*LevelCounts._fields)
+
+
+class Chain(NamedTuple):
+    """L levels, the first one asked, the memory behind the last; R sets of all levels, at most A ways a set."""
+
+    levels: np.ndarray  # _LEVEL [L]
+    counts: np.ndarray  # _COUNTS [L + 1] the last for the memory
+    uses: np.ndarray  # [L] requests looked up, the clock of LRU and FIFO
+    sets: np.ndarray  # _SET [R]
+    tags: np.ndarray  # [R, A] line number or _NO_LINE
+    used: np.ndarray  # [R, A] `uses` when the line was used last (LRU) or came (else); 0 for an invalid way
+    present: np.ndarray  # [R, A] bit for each sector that is here
+    dirty: np.ndarray  # [R, A] bit for each sector that differs from the next level
+    pending: np.ndarray  # _REQUEST [P] a stack: the last one is handled next
+    num_pending: np.ndarray  # [1]
+
+
+def new_chain(caches: Sequence[CacheSpec]) -> Chain:
+    """Empty caches, the first one asked, each the next level of the one before."""
+    levels = np.zeros(len(caches), _LEVEL)
+    for name in ("num_ways", "replacement", "seed", "allocates_writes", "victim_order"):
+        levels[name] = [getattr(cache, name) for cache in caches]
+    levels["set_mask"] = [cache.num_sets - 1 for cache in caches]
+    levels["first_set"] = np.cumsum(levels["set_mask"] + 1) - levels["set_mask"] - 1
+    levels["line_shift"] = [cache.line_bytes.bit_length() - 1 for cache in caches]
+    levels["sector_shift"] = [cache.sector_bytes.bit_length() - 1 for cache in caches]
+    levels["writes_through"] = [cache.write_policy == WritePolicy.WRITE_THROUGH for cache in caches]
+
+    num_sets = sum(cache.num_sets for cache in caches)
+    places = (num_sets, max(cache.num_ways for cache in caches))
+    return Chain(
+        levels=levels,
+        counts=np.zeros(len(caches) + 1, _COUNTS),
+        uses=np.zeros(len(caches), np.int64),
+        sets=np.zeros(num_sets, _SET),
+        tags=np.full(places, _NO_LINE),
+        used=np.zeros(places, np.int64),
+        present=np.zeros(places, np.int64),
+        dirty=np.zeros(places, np.int64),
+        pending=np.zeros((len(caches) + 1) * (MAX_SECTORS // 2 + 3), _REQUEST),
+        num_pending=np.zeros(1, np.int64),
+    )
+
+
+def counts_of(chain: Chain) -> list[LevelCounts]:
+    """What every level has done so far; the last entry is the memory, with the reads and writes that it was asked for."""
+    return [LevelCounts(*row) for row in chain.counts.tolist()]
+
+
+@compiled
+def replay(chain, addresses, sizes, writes):
+    """Make requests one after the other: byte addresses (int64), bytes (int64, at least 1), whether it is a write."""
+    for i in range(len(addresses)):
+        _request(chain, 0, addresses[i], sizes[i], writes[i])
+        _settle(chain)
+
+
+@compiled
+def copy_back(chain):
+    """Write all dirty sectors down to the memory; lines stay. In the order of Dinero IV, which does so at its end."""
+    for level in range(len(chain.levels)):
+        one = chain.levels[level]
+        for row in range(one["first_set"] + one["set_mask"], one["first_set"] - 1, -1):
+            way = _next_used(chain, one, row, 0)
+            while way != _NO_WAY:
+                _send_dirty(chain, level, row, way)
+                _settle(chain)
+                way = _next_used(chain, one, row, chain.used[row, way])
+
+
+@inlined
+def _next_used(chain, one, row, before):
+    """The way whose line was used first after time `before`, or _NO_WAY."""
+    found, oldest = _NO_WAY, np.iinfo(np.int64).max
+    for way in range(one["num_ways"]):
+        used = chain.used[row, way]
+        if before < used < oldest:
+            found, oldest = way, used
+    return found
+
+
+@inlined
+def _settle(chain):
+    """Handle what is pending, the last request first."""
+    while chain.num_pending[0] > 0:
+        chain.num_pending[0] -= 1
+        request = chain.pending[chain.num_pending[0]]
+        level, address, num_bytes = request["level"], request["address"], request["bytes"]
+        if level < len(chain.levels):
+            _request(chain, level, address, num_bytes, request["is_write"])
+        elif request["is_write"]:
+            chain.counts[level]["writes"] += 1
+        else:
+            chain.counts[level]["reads"] += 1
+
+
+@inlined
+def _push(chain, level, address, num_bytes, is_write):
+    """The request is handled before all that are pending."""
+    place = chain.num_pending[0]
+    chain.num_pending[0] = place + 1
+    request = chain.pending[place]
+    request["level"], request["address"], request["bytes"], request["is_write"] = (
+        level,
+        address,
+        num_bytes,
+        is_write,
+    )
+
+
+@inlined
+def _request(chain, level, address, num_bytes, is_write):
+    """Look up the part of the request that lies in its first line; the rest is pending, behind all that this causes."""
+    one = chain.levels[level]
+    line = address >> one["line_shift"]
+    in_line = ((line + 1) << one["line_shift"]) - address
+    if num_bytes > in_line:
+        _push(chain, level, address + in_line, num_bytes - in_line, is_write)
+        num_bytes = in_line
+
+    row = one["first_set"] + (line & one["set_mask"])
+    touched = _touched(one, address, num_bytes)
+    way = _find(chain, one, row, line)
+    chain.uses[level] += 1
+    if is_write:
+        chain.counts[level]["writes"] += 1
+    else:
+        chain.counts[level]["reads"] += 1
+    if way != _NO_WAY and touched & ~chain.present[row, way] == 0:
+        _use(chain, level, row, way)
+        if is_write:
+            _write_hit(chain, level, row, way, touched, address, num_bytes)
+    else:
+        _miss(chain, level, row, way, touched, address, num_bytes, is_write)
+
+
+@inlined
+def _touched(one, address, num_bytes):
+    """Bit for each sector that the bytes, which are of one line, lie in."""
+    if one["sector_shift"] == one["line_shift"]:
+        return 1
+    sector_mask = (1 << (one["line_shift"] - one["sector_shift"])) - 1
+    first = address >> one["sector_shift"]
+    num_sectors = ((address + num_bytes - 1) >> one["sector_shift"]) - first + 1
+    return ((1 << num_sectors) - 1) << (first & sector_mask)
+
+
+@inlined
+def _find(chain, one, row, line):
+    """The line's way, or _NO_WAY."""
+    last = chain.sets[row]["last_way"]
+    if chain.tags[row, last] == line:
+        return last
+    for way in range(one["num_ways"]):
+        if chain.tags[row, way] == line:
+            return way
+    return _NO_WAY
+
+
+@inlined
+def _use(chain, level, row, way):
+    """The line was asked for."""
+    one = chain.levels[level]
+    chain.sets[row]["last_way"] = way
+    if one["replacement"] == Replacement.LRU:
+        chain.used[row, way] = chain.uses[level]
+    elif one["replacement"] == Replacement.TREE_PLRU:
+        chain.sets[row]["tree"] = tree_used(chain.sets[row]["tree"], way, one["num_ways"])
+
+
+@inlined
+def _write_hit(chain, level, row, way, touched, address, num_bytes):
+    """The sectors that were written are dirty, or the write goes through."""
+    if chain.levels[level]["writes_through"]:
+        chain.counts[level]["writethroughs"] += 1
+        _send(chain, level, address, num_bytes, 1)
+    else:
+        chain.dirty[row, way] |= touched
+
+
+@compiled
+def _miss(chain, level, row, way, touched, address, num_bytes, is_write):
+    """Sectors of the line are missing; `way` is the line's way, if it has one."""
+    one = chain.levels[level]
+    allocates = not is_write or one["allocates_writes"] != 0
+    sector_address = address >> one["sector_shift"] << one["sector_shift"]
+    sector_bytes = _count_bits(touched) << one["sector_shift"]
+    if is_write:
+        chain.counts[level]["write_misses"] += 1
+    else:
+        chain.counts[level]["read_misses"] += 1
+
+    dirty_row, dirty_way = row, _NO_WAY
+    if way == _NO_WAY and allocates:
+        way = _victim(chain, level, row)
+        dirty_way = way
+    goes_through = is_write and (one["writes_through"] != 0 or way == _NO_WAY)
+    fetches = not is_write or (allocates and num_bytes < sector_bytes)
+
+    if dirty_way != _NO_WAY and one["victim_order"] == VictimOrder.FETCH_FIRST:
+        _send_dirty(chain, level, dirty_row, dirty_way)
+    if goes_through:
+        chain.counts[level]["writethroughs"] += 1
+        _send(chain, level, address, num_bytes, 1)
+    if fetches:
+        chain.counts[level]["fetches"] += 1
+        _send(chain, level, sector_address, sector_bytes, 0)
+    if dirty_way != _NO_WAY and one["victim_order"] == VictimOrder.WRITE_BACK_FIRST:
+        _send_dirty(chain, level, dirty_row, dirty_way)
+
+    if dirty_way != _NO_WAY:
+        chain.tags[row, way] = address >> one["line_shift"]
+        chain.used[row, way] = chain.uses[level]
+        chain.present[row, way] = 0
+    if way != _NO_WAY:
+        chain.present[row, way] |= touched
+        _use(chain, level, row, way)
+        if is_write and not goes_through:
+            chain.dirty[row, way] |= touched
+
+
+@inlined
+def _victim(chain, level, row):
+    """The way that a new line gets: the first invalid one, else by the level's policy."""
+    one = chain.levels[level]
+    oldest = 0
+    for way in range(1, one["num_ways"]):
+        if chain.used[row, way] < chain.used[row, oldest]:
+            oldest = way
+    if chain.used[row, oldest] > 0:
+        if one["replacement"] == Replacement.TREE_PLRU:
+            return tree_points_to(chain.sets[row]["tree"], one["num_ways"])
+        if one["replacement"] == Replacement.RANDOM:
+            return random_way(one["seed"], chain.uses[level], one["num_ways"])
+    return oldest
+
+
+@inlined
+def _send(chain, level, address, num_bytes, is_write):
+    """A request to the next level, handled before all that are pending."""
+    if is_write:
+        chain.counts[level]["bytes_written"] += num_bytes
+    else:
+        chain.counts[level]["bytes_read"] += num_bytes
+    _push(chain, level + 1, address, num_bytes, is_write)
+
+
+@inlined
+def _send_dirty(chain, level, row, way):
+    """A write for each run of dirty sectors; the line is clean."""
+    one = chain.levels[level]
+    dirty = chain.dirty[row, way]
+    chain.dirty[row, way] = 0
+    first = 0
+    while dirty >> first != 0:
+        if dirty >> first & 1 == 0:
+            first += 1
+            continue
+        last = first
+        while dirty >> (last + 1) & 1 != 0:
+            last += 1
+        address = (chain.tags[row, way] << one["line_shift"]) + (first << one["sector_shift"])
+        chain.counts[level]["writebacks"] += 1
+        _send(chain, level, address, (last - first + 1) << one["sector_shift"], 1)
+        first = last + 1
+
+
+@inlined
+def _count_bits(bits):
+    number = 0
+    while bits != 0:
+        bits &= bits - 1
+        number += 1
+    return number
