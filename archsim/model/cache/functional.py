@@ -97,7 +97,7 @@ def new_chain(caches: Sequence[CacheSpec]) -> Chain:
 
 
 def counts_of(chain: Chain) -> list[LevelCounts]:
-    """What every level has done so far; the last entry is the memory, with the reads and writes that it was asked for."""
+    """What every level has done so far; the last entry is the memory, with the reads and writes asked of it."""
     return [LevelCounts(*row) for row in chain.counts.tolist()]
 
 
