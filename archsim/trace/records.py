@@ -1,7 +1,8 @@
 """The record: what flows from the functional layer to the timing layer.
 
-A task is a run of records. A record says: issue `compute` one-cycle instructions, then do one operation that can wait
-(or end the task). Timing so costs per operation, not per instruction.
+A task is a run of records. A record says: do `compute` steps, then one operation that can wait (or end the task).
+A step is a one-cycle instruction of a thread, or whatever a fixed-function unit does `lanes` of a cycle. Timing so
+costs per operation, not per instruction.
 """
 
 from __future__ import annotations
@@ -20,14 +21,18 @@ class Op(IntEnum):
     STORE = 2  # wait until the line of `address` takes the bytes
     LOCK = 3  # wait for lock number `address`
     UNLOCK = 4  # release lock number `address`
-    EMIT = 5  # hand one item to the output
+    EMIT = 5  # hand one item to the output; of a unit: to output number `address`
+    TAKE = 6  # of a unit: take one item from input number `address`
+    MARK = 7  # of a unit: release what was emitted to output number `address`, a delay stream
+    ACQUIRE = 8  # of a unit: wait for a token of pool number `address`
+    RELEASE = 9  # of a unit: give a token back to pool number `address`
 
 
 RECORD = np.dtype(
     [
-        ("address", np.int64),  # byte address, or lock number for LOCK and UNLOCK
-        ("compute", np.int32),  # one-cycle instructions before the operation
-        ("bytes", np.int16),  # bytes accessed by LOAD and STORE, else 0
+        ("address", np.int64),  # byte address, or the number of a lock, input, output or pool
+        ("compute", np.int32),  # steps before the operation
+        ("bytes", np.int16),  # bytes accessed by LOAD and STORE, or emitted to a delay stream, else 0
         ("op", np.int16),  # Op
     ]
 )

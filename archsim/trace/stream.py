@@ -23,3 +23,13 @@ def whole(tasks: Tasks) -> Work:
 def chunked(num_tasks: int, chunks: Iterable[Tasks]) -> Work:
     """Work that is produced as it is played."""
     return Work(num_tasks, iter(chunks))
+
+
+class PipelineWork(NamedTuple):
+    """Tasks of every unit of a pipeline, in joint chunks that are produced once, in order.
+
+    machine/pipeline/README.md says what a unit's records mean and which tasks belong into one chunk.
+    """
+
+    units: tuple[str, ...]  # names of the machine's units
+    chunks: Iterator[tuple[Tasks, ...]]  # of each unit, in the order of `units`, its next tasks
