@@ -9,6 +9,7 @@ import typer
 
 import archsim
 from archsim.cli.edge import at_the_edge
+from archsim.cli.trace import trace_app
 
 app = typer.Typer(
     name="archsim",
@@ -22,6 +23,7 @@ config_app = typer.Typer(
     name="config", help="Check, show and explain configurations.", no_args_is_help=True, rich_markup_mode=None
 )
 app.add_typer(config_app)
+app.add_typer(trace_app)
 
 Overrides = Annotated[
     list[str] | None,
