@@ -1,0 +1,1 @@
+"""Rasterization on a uniform or a logarithmic grid of rows, tile by tile. [Lloyd07] sec. 4"""
