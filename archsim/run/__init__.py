@@ -11,6 +11,6 @@ __all__ = ["simulate"]
 
 def simulate(config: RunConfig, progress: Progress = silent) -> Result:
     """Run one workload as its RunConfig says. Raises ArchsimError for input that cannot be used."""
-    from archsim.run.izb import simulate_izb  # heavy: numba and all models
+    from archsim.run.kinds import kind_of
 
-    return simulate_izb(config, progress)
+    return kind_of(config).simulate(config, progress)

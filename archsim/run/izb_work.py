@@ -42,6 +42,17 @@ class LightViewWork(NamedTuple):
         cells = grid_fragments(self.plan, izb_memory.stencil(self.memory, self.grid), self.grid)
         return raster_work(self.memory, self.grid, self.plan.occluders, cells, output)
 
+    def recorded(self, output: Output = lambda samples, depths: None) -> Recorded:
+        """Both phases, executed and kept."""
+        build = list(self.build().chunks)
+        return Recorded(build, list(self.raster(output).chunks), self.block_threads, self.needed_bytes)
+
+    @property
+    def needed_bytes(self) -> int:
+        """Memory that the phases' arrays take, from address 0."""
+        window = self.memory.windows[1]
+        return window.base + window.size
+
 
 class Recorded(NamedTuple):
     """Both phases of one light view. All of it is in memory: 16 bytes a record."""
@@ -49,6 +60,7 @@ class Recorded(NamedTuple):
     build: list[Tasks]
     raster: list[Tasks]
     block_threads: int | None  # as in LightViewWork
+    needed_bytes: int
 
 
 def method_of(workload: WorkloadConfig) -> Method:
@@ -83,10 +95,7 @@ def prepare_scene(config: RunConfig) -> list[LightViewWork]:
 
 def record(config: RunConfig) -> list[Recorded]:
     """Execute the kernels of a run, once for each light view; no machine is played."""
-    return [
-        Recorded(list(view.build().chunks), list(view.raster().chunks), view.block_threads)
-        for view in prepare_scene(config)
-    ]
+    return [view.recorded() for view in prepare_scene(config)]
 
 
 def replay(work: Recorded, phase: str, spec: MachineSpec) -> Work:
@@ -100,7 +109,7 @@ def replay(work: Recorded, phase: str, spec: MachineSpec) -> Work:
     return Work(sum(tasks.num_tasks for tasks in chunks), iter(chunks))
 
 
-def check_machine(build: PhaseMachine, memory: IzbMemory) -> None:
+def check_machine(build: PhaseMachine, needed_bytes: int) -> None:
     """Raise ArchsimError if the kernels cannot run on the machine: too few locks, too little memory."""
     problems = []
     if build.spec.locks.num_locks < NUM_LOCKS:
@@ -108,9 +117,11 @@ def check_machine(build: PhaseMachine, memory: IzbMemory) -> None:
             f"the kernels use {NUM_LOCKS} locks, the machine's `locks` has count {build.spec.locks.num_locks}"
         )
         problems.append(Problem(None, what))
-    needed = memory.windows[1].base + memory.windows[1].size
-    if needed > build.dram_bytes:
-        what = f"the arrays of this run end at {needed} bytes, the machine's `dram` holds {build.dram_bytes}"
+    if needed_bytes > build.dram_bytes:
+        what = (
+            f"the arrays of this run end at {needed_bytes} bytes, "
+            f"the machine's `dram` holds {build.dram_bytes}"
+        )
         problems.append(Problem(None, what, "raise its rows, row_bytes, banks or channels"))
     if problems:
         raise ArchsimError(problems)

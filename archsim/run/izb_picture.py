@@ -1,0 +1,141 @@
+"""What an irregular shadow map computes, time apart: light views checked against the plain algorithm, the picture."""
+
+from __future__ import annotations
+
+from functools import reduce
+from typing import NamedTuple
+
+import numpy as np
+
+from archsim.execute import izb_memory
+from archsim.raster.eye_view import EyeView
+from archsim.run.izb_figures import cell_map, fragment_histogram, fragments_of_samples, list_histogram
+from archsim.run.izb_statistics import picture_statistics, workload_statistics
+from archsim.run.izb_work import LightViewWork
+from archsim.run.result import Check, Histogram, Statistic
+from archsim.scene.scene import Scene, digest
+from archsim.shadow import izb
+from archsim.shadow.pixel_tiles import untile
+from archsim.shadow.plain import FacePlan, Outcome, run_face
+from archsim.shadow.workload import NOTHING, IzbWorkload, combined
+
+
+class Emitted(NamedTuple):
+    """Framebuffer fragments as they come."""
+
+    samples: list[np.ndarray]
+    depths: list[np.ndarray]
+
+    def take(self, samples: np.ndarray, depths: np.ndarray) -> None:
+        self.samples.append(samples.astype(np.int32))
+        self.depths.append(depths)
+
+    def all(self) -> tuple[np.ndarray, np.ndarray]:
+        if not self.samples:
+            return np.empty(0, np.int32), np.empty(0, np.float32)
+        return np.concatenate(self.samples), np.concatenate(self.depths)
+
+
+class ViewLaws(NamedTuple):
+    """What a light view's phases must agree with, whatever machine plays them."""
+
+    checks: list[Check]  # that the kernels did what the plain algorithm does
+    raster_instructions: int  # that `izb_raster.s` takes for what the plain algorithm counts
+    num_fragments: int  # framebuffer fragments that the kernel emitted
+
+
+class ViewFound(NamedTuple):
+    """One light view, computed."""
+
+    laws: ViewLaws
+    outcome: Outcome  # the plain algorithm's
+    shadow: np.ndarray  # bool [num_samples] in tile order
+
+
+class Picture(NamedTuple):
+    """All light views together."""
+
+    scene_digest: str
+    workload: IzbWorkload
+    statistics: list[Statistic]  # of the workload and of what is seen
+    shadow: np.ndarray  # as in Result
+    histograms: list[Histogram]
+    maps: dict[str, np.ndarray]
+
+
+def find(view: LightViewWork, emitted: Emitted) -> ViewFound:
+    """The light view by the plain algorithm, beside what the kernels made, when both phases are drawn to their end."""
+    expected = run_face(view.plan, view.grid, _sample_order(view.plan, view.tiles))
+    samples, depths = emitted.all()
+    tested = izb.z_test_fragments(izb.z_test(expected.samples), samples, depths)
+    same_lists, same_fragments = _same_lists(view, expected), _same_fragments((samples, depths), expected)
+    laws = ViewLaws(
+        [
+            Check("build kernel = plain algorithm", same_lists, "nodes, lists, stencil"),
+            Check("raster kernel = plain algorithm", same_fragments, "fragments in order"),
+        ],
+        _explained(expected.workload),
+        len(samples),
+    )
+    return ViewFound(laws, expected, izb.in_shadow(tested, expected.samples))
+
+
+def compose(scene: Scene, seen: EyeView, views: list[LightViewWork], found: list[ViewFound]) -> Picture:
+    """The picture of all light views."""
+    outcomes = [each.outcome for each in found]
+    workload = reduce(combined, (outcome.workload for outcome in outcomes), NOTHING)
+    shadow, fragments = _images(scene, [view.plan for view in views], found)
+    maps = {"Framebuffer fragments of each pixel": fragments}
+    histograms = [fragment_histogram(outcomes)]
+    if views:
+        maps["Samples in each logical cell, first light view"] = cell_map(outcomes[0], views[0].grid)
+        histograms.insert(0, list_histogram(outcomes, views[0].grid))
+    statistics = [*workload_statistics(workload, len(views)), *picture_statistics(seen, shadow)]
+    return Picture(digest(scene), workload, statistics, shadow, histograms, maps)
+
+
+def _explained(workload: IzbWorkload) -> int:
+    """Instructions: 5 a grid fragment, 7 a node, 2 a hit."""
+    hits = workload.framebuffer_fragments_pre_z
+    return 5 * workload.grid_fragments_post_stencil + 7 * workload.node_visits + 2 * hits
+
+
+def _sample_order(plan: FacePlan, tiles: np.ndarray) -> np.ndarray:
+    """Samples in the order in which the build kernel inserts them."""
+    per_tile = plan.tiles.num_pairs * 2
+    return (tiles[:, None] * per_tile + np.arange(per_tile)).ravel()
+
+
+def _same_lists(view: LightViewWork, expected: Outcome) -> bool:
+    """Whether nodes, heads and stencil in memory are what the plain algorithm makes, to the bit."""
+    memory, grid = view.memory, view.grid
+    placed = expected.samples.cell[:, 0] >= 0
+    num_samples = len(placed)
+    nodes = izb_memory.nodes(memory, num_samples)[placed, :3]
+    following = izb_memory.following(memory, num_samples)
+    return bool(
+        np.array_equal(nodes.view(np.int32), expected.samples.position[placed].view(np.int32))
+        and np.array_equal(izb_memory.heads(memory, grid), expected.lists.head)
+        and np.array_equal(following[placed], expected.lists.following[placed])
+        and np.array_equal(izb_memory.stencil(memory, grid), expected.lists.stencil)
+    )
+
+
+def _same_fragments(emitted: tuple[np.ndarray, np.ndarray], expected: Outcome) -> bool:
+    """Whether the kernel emitted what the plain algorithm finds, in the same order, to the bit."""
+    return bool(
+        np.array_equal(emitted[0], expected.fragments.sample)
+        and np.array_equal(emitted[1].view(np.int32), expected.fragments.depth.view(np.int32))
+    )
+
+
+def _images(scene: Scene, plans: list[FacePlan], found: list[ViewFound]) -> tuple[np.ndarray, np.ndarray]:
+    """The shadow mask, and framebuffer fragments of each pixel (NaN where there is no sample)."""
+    size = (scene.height, scene.width)
+    shadow = np.zeros(size, np.bool_)
+    fragments = np.full(size, np.nan, np.float32)
+    for plan, face in zip(plans, found, strict=True):
+        shadow |= untile(plan.tiles, face.shadow, *size)
+        counts = untile(plan.tiles, fragments_of_samples(face.outcome), *size)
+        fragments[plan.face.taken] = counts[plan.face.taken]
+    return shadow, fragments

@@ -1,0 +1,43 @@
+"""The workload kinds that a run can have, and what a sweep may do with each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib import import_module
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from archsim.config import RunConfig
+from archsim.run.progress import Progress
+from archsim.run.result import Result
+
+
+class Rendering(NamedTuple):
+    """How a kind's picture and work are made once, kept, and played on many machines."""
+
+    depends_on_machine: Callable[[RunConfig], dict[str, Any]]  # what the work takes from the machine
+    render: Callable[[RunConfig], Any]
+    save: Callable[[Any, Path], None]
+    load: Callable[[Path], Any]
+    replay: Callable[[RunConfig, Any, Progress], Result]
+
+
+class Kind(NamedTuple):
+    """One kind of workload."""
+
+    simulate: Callable[[RunConfig, Progress], Result]
+    rendering: Rendering | None  # None: every run renders anew
+
+
+def kind_of(config: RunConfig) -> Kind:
+    """The kind of the run's workload. Loads only what that kind needs: the models are heavy."""
+    kind: Kind = {"izb": _izb}[config.workload.kind]()
+    return kind
+
+
+def _izb() -> Kind:
+    izb, rendered = import_module("archsim.run.izb"), import_module("archsim.run.izb_rendered")
+    rendering = Rendering(
+        rendered.depends_on_machine, rendered.render, rendered.save, rendered.load, izb.replay_izb
+    )
+    return Kind(izb.simulate_izb, rendering)
