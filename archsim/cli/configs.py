@@ -51,7 +51,12 @@ def print_schema(part: str) -> None:
 
 
 def find_run(name: str) -> str:
-    """The path of a run configuration: `name` itself if it is a path, else that of the packaged run.
+    """The path of a run configuration, as `find_config` does it."""
+    return find_config("runs", name)
+
+
+def find_config(kind: str, name: str) -> str:
+    """The path of a configuration: `name` itself if it is a path, else that of the packaged one in `configs/KIND`.
 
     Paths from the top of the project, such as configs/runs/tiny.yaml, work everywhere.
     """
@@ -61,9 +66,9 @@ def find_run(name: str) -> str:
         packaged = resources.root() / name
         return str(packaged) if packaged.is_file() else name
 
-    path = resources.config("runs", name)
+    path = resources.config(kind, name)
     if not path.is_file():
         names = sorted(file.stem for file in path.parent.glob("*.yaml"))
-        hint = did_you_mean(name, names) or f"packaged runs: {', '.join(names)}"
-        raise fail(f"no file and no packaged run '{name}'", hint=hint)
+        hint = did_you_mean(name, names) or f"packaged {kind}: {', '.join(names)}"
+        raise fail(f"no file and no packaged {kind.removesuffix('s')} '{name}'", hint=hint)
     return str(path)

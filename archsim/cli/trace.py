@@ -21,6 +21,10 @@ FormatName = Annotated[
     str,
     typer.Option("--format", metavar="NAME", help="dinero, xdin, ramulator, ramulator2, dramsim3 or csv."),
 ]
+Overrides = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="PATH=VALUE", help="Set a value of the machine. Repeatable."),
+]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON to stdout and nothing else.")]
 
 
@@ -31,3 +35,47 @@ def _info(file: TraceFile, form: FormatName, as_json: Json = False) -> None:
     from archsim.cli.address_trace import info
 
     info(file, form, as_json)
+
+
+@trace_app.command("replay")
+@at_the_edge
+def _replay(
+    file: TraceFile,
+    form: FormatName,
+    machine: Annotated[
+        str,
+        typer.Option(
+            "--machine", metavar="NAME", help="A machine's YAML file, or a packaged machine's name."
+        ),
+    ],
+    to: Annotated[
+        str,
+        typer.Option("--to", metavar="LEVEL", help="Who gets the accesses: l1, l2 ... or a cache's name."),
+    ] = "l1",
+    cores: Annotated[
+        str | None,
+        typer.Option("--cores", metavar="NAME", help="Whose caches; the first group of cores if not given."),
+    ] = None,
+    functional: Annotated[
+        bool, typer.Option("--functional", help="Count hits and misses only, without time; caches only.")
+    ] = False,
+    flush: Annotated[
+        bool | None,
+        typer.Option(
+            "--flush/--no-flush",
+            help="With --functional: write dirty lines back at the end; the default for dinero and xdin.",
+        ),
+    ] = None,
+    outstanding: Annotated[
+        int,
+        typer.Option("--outstanding", min=1, max=1024, help="Accesses under way, for a single requester."),
+    ] = 1,
+    model: Annotated[str, typer.Option("--model", metavar="reference|compiled")] = "compiled",
+    overrides: Overrides = None,
+    as_json: Json = False,
+) -> None:
+    """Play a trace on a machine's caches and DRAM and print what it finds there."""
+    from archsim.cli.address_trace import ReplayOptions, replay
+
+    options = ReplayOptions(machine, overrides or [], to, cores, functional, flush, outstanding, model)
+    replay(file, form, options, as_json)

@@ -34,7 +34,12 @@ class PhaseMachine(NamedTuple):
 
 def phase_machine(machine: MachineConfig, role: str) -> PhaseMachine:
     """The components reachable from the cores that play `role`; the machine has been checked."""
-    core = machine.all_of(CoreConfig)[getattr(machine.roles, role)]
+    return group_machine(machine, getattr(machine.roles, role))
+
+
+def group_machine(machine: MachineConfig, group: str) -> PhaseMachine:
+    """The components reachable from a group of cores."""
+    core = machine.all_of(CoreConfig)[group]
     periods = clock_periods(machine.clocks)
     levels = path_down(machine, core.memory)
     dram = machine.all_of(DramConfig)[machine.all_of(CacheConfig)[levels[-1]].next]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from archsim.run import izb_statistics, metrics
+from archsim.run import izb_statistics, metrics, replay_statistics
 from archsim.run.measure import Measure, Table
 
 
@@ -27,6 +27,15 @@ SECTIONS = [
     Section("Irregular shadow mapping: the picture", "workload", izb_statistics.PICTURE),
     Section("Irregular shadow mapping: the build phase", "izb_build", izb_statistics.BUILD_COST),
     Section("Irregular shadow mapping: the raster phase", "izb_raster", izb_statistics.RASTER_COST),
+    Section("Replayed address traces: the trace", "trace", replay_statistics.TRACE),
+    Section("Replayed without time: every cache", "{cache}", replay_statistics.LEVEL),
+    Section("Replayed without time: what reaches the DRAM", "dram", replay_statistics.MEMORY),
+    Section(
+        "Replayed with time, besides those of caches and DRAM in a phase, whose names begin with no phase then",
+        "replay",
+        replay_statistics.REPLAY,
+    ),
+    Section("Replayed with time: the DRAM's speed", "dram", replay_statistics.TIMED_DRAM),
 ]
 
 _HEAD = """\

@@ -35,3 +35,52 @@ def test_a_malformed_line_is_one_line_on_stderr_and_exit_code_2(tmp_path):
 
     assert result.stderr.startswith("a.din:2:3: not a number in hexadecimal digits: '0 x'; ")
     assert result.stdout == ""
+
+
+def replay(*arguments, exit_code=0):
+    return archsim_(
+        "replay", "a.din", "--format", "dinero", "--machine", "tiny", *arguments, exit_code=exit_code
+    )
+
+
+def test_replays_print_misses_of_every_level(tmp_path):
+    (tmp_path / "a.din").write_text("0 0\n1 4\n2 80\n0 40\n0 0\n")
+
+    for mode in ([], ["--functional"]):
+        tree = json.loads(replay("--json", *mode).stdout)
+        values = {statistic["name"]: statistic["value"] for statistic in tree["statistics"]}
+        assert values["l1.accesses"] == values["builder_l1.accesses"] == 5
+        assert values["l1.misses"] == 3
+        assert values["l2.misses"] == 3
+        assert values["dram.requests"] == 3 + (mode != [])  # Dinero IV writes dirty lines back at its end
+        assert tree["summary"]["checks_passed"] is True
+    assert "dram: row conflicts" in replay().stdout
+
+
+def test_a_final_flush_is_an_option(tmp_path):
+    (tmp_path / "a.din").write_text("1 0\n")
+
+    assert json.loads(replay("--functional", "--json").stdout)["summary"]["l2.writebacks"] == 1
+    assert json.loads(replay("--functional", "--no-flush", "--json").stdout)["summary"]["l2.writebacks"] == 0
+    assert "--flush: only with --functional" in replay("--flush", exit_code=2).stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--to", "l4"], "the machine has no level 'l4'"),
+        (["--cores", "bilder"], "the machine has no cores 'bilder'; did you mean 'builder'?"),
+        (["--model", "fast"], "--model: no model is named 'fast'"),
+        (["--set", "components.l2.siez=1KiB"], "did you mean 'size'"),
+    ],
+)
+def test_bad_options_are_named(tmp_path, arguments, message):
+    (tmp_path / "a.din").write_text("0 0\n")
+    assert message in replay(*arguments, exit_code=2).stderr
+
+
+def test_machines_and_files_that_are_not_there(tmp_path):
+    assert "cannot be read: No such file" in replay(exit_code=2).stderr
+    (tmp_path / "a.din").write_text("0 0\n")
+    result = archsim_("replay", "a.din", "--format", "dinero", "--machine", "tinny", exit_code=2)
+    assert "no packaged machine 'tinny'; did you mean 'tiny'?" in result.stderr
