@@ -17,10 +17,12 @@ def test_every_phase_is_measured():
         "izb_build.interpret",
         "izb_raster.timing",
         "izb_raster.interpret",
+        "cache.replay",
         "peak_memory",
     ]
     assert all(row.value > 0 for row in rows.values())
     assert rows["izb_build.timing"].unit == "simulated instructions/s"
+    assert rows["cache.replay"].unit == "accesses/s"
 
 
 def test_json_is_a_list_of_rows(monkeypatch):
