@@ -66,6 +66,8 @@ def digest(scene: Scene) -> str:
         np.asarray(scene.mesh.vertices, dtype="<f4"),
         np.asarray(scene.mesh.triangles, dtype="<i4"),
     ]
+    if scene.mesh.objects is not None:
+        numbers.append(np.asarray(scene.mesh.objects, dtype="<i4"))
     total = hashlib.sha256()
     for array in numbers:
         total.update(f"{array.dtype.str}{array.shape}".encode())
