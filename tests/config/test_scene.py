@@ -29,7 +29,7 @@ TINY = "scenes/tiny.yaml"
         (
             "mesh={generator: knots}",
             "mesh.generator",
-            "must be knot_and_spheres or quad_and_triangle, not 'knots'",
+            "must be knot_and_spheres, power_plant, quad_and_triangle, robots or town, not 'knots'",
         ),
         ("mesh.seed=-1", "mesh.seed", "must be at least 0, not -1"),
         ("mesh.parameters={a: true}", "mesh.parameters.a", "must be a number, not true"),

@@ -90,7 +90,7 @@ def test_the_lowest_parameters_still_make_a_mesh(name):
     ("generator", "seed", "parameters", "said"),
     [
         ("knot_and_sphere", 0, {}, "did you mean 'knot_and_spheres'?"),
-        ("teapot", 0, {}, "known are knot_and_spheres, quad_and_triangle"),
+        ("teapot", 0, {}, "known are knot_and_spheres, power_plant, quad_and_triangle"),
         ("quad_and_triangle", -1, {}, "seed must not be negative"),
         ("quad_and_triangle", 0, {"hieght": 1}, "did you mean 'height'?"),
         ("quad_and_triangle", 0, {"zzz": 1}, "known are height"),

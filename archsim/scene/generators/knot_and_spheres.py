@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from archsim.scene.generators.shapes import closed_grid, join, unit, unit_sphere
 from archsim.scene.mesh import Mesh
 
 
@@ -52,29 +53,24 @@ def make(random: np.random.Generator, parameters: Parameters) -> Mesh:
         parts.append(_placed_sphere(random, parameters, index))
     parts.append(_room(parameters.room_half_size))
 
-    firsts = np.cumsum([0] + [len(part.vertices) for part in parts[:-1]])
-    triangles = [part.triangles + first for part, first in zip(parts, firsts, strict=True)]
-    return Mesh(
-        np.concatenate([part.vertices for part in parts]).astype(np.float32),
-        np.concatenate(triangles).astype(np.int32),
-    )
+    return join(parts)
 
 
 def _knot(parameters: Parameters) -> Mesh:
     """A tube along the torus knot, its rings perpendicular to the curve; parallel quads cut in two."""
     angle = np.arange(parameters.tube_segments) * (2 * np.pi / parameters.tube_segments)
     centre = _knot_curve(angle, parameters)
-    tangent = _unit(_knot_curve(angle + 1e-4, parameters) - _knot_curve(angle - 1e-4, parameters))
+    tangent = unit(_knot_curve(angle + 1e-4, parameters) - _knot_curve(angle - 1e-4, parameters))
     core_angle = parameters.turns_around_axis * angle
     core = parameters.knot_radius * np.stack([np.cos(core_angle), np.sin(core_angle), 0 * angle], axis=1)
     outward = centre - core  # never along the tangent: it turns around the core
-    side = _unit(np.cross(tangent, outward))
+    side = unit(np.cross(tangent, outward))
     normal = np.cross(side, tangent)
 
     around = np.arange(parameters.tube_sides) * (2 * np.pi / parameters.tube_sides)
     ring = np.cos(around)[None, :, None] * normal[:, None] + np.sin(around)[None, :, None] * side[:, None]
     vertices = centre[:, None] + parameters.tube_radius * ring
-    return Mesh(vertices.reshape(-1, 3), _closed_grid(parameters.tube_segments, parameters.tube_sides))
+    return Mesh(vertices.reshape(-1, 3), closed_grid(parameters.tube_segments, parameters.tube_sides))
 
 
 def _knot_curve(angle: np.ndarray, parameters: Parameters) -> np.ndarray:
@@ -86,15 +82,6 @@ def _knot_curve(angle: np.ndarray, parameters: Parameters) -> np.ndarray:
     return np.stack([distance * np.cos(core_angle), distance * np.sin(core_angle), height], axis=1)
 
 
-def _closed_grid(rows: int, columns: int) -> np.ndarray:
-    """Triangles [2 rows columns, 3] of a grid of quads that closes in both directions."""
-    row, column = np.meshgrid(np.arange(rows), np.arange(columns), indexing="ij")
-    next_row, next_column = (row + 1) % rows, (column + 1) % columns
-    a, b = row * columns + column, next_row * columns + column
-    c, d = next_row * columns + next_column, row * columns + next_column
-    return np.stack([a, b, c, a, c, d], axis=-1).reshape(-1, 3)
-
-
 def _placed_sphere(random: np.random.Generator, parameters: Parameters, index: int) -> Mesh:
     """Sphere `index`, in its own sector around the knot, at a drawn height and of a drawn radius."""
     radius = parameters.sphere_radius * random.uniform(2 / 3, 4 / 3)
@@ -103,29 +90,8 @@ def _placed_sphere(random: np.random.Generator, parameters: Parameters, index: i
     height = random.uniform(-1, 1) * parameters.knot_radius
     centre = np.array([distance * np.cos(azimuth), distance * np.sin(azimuth), height])
 
-    sphere = _unit_sphere(parameters.sphere_slices, parameters.sphere_stacks)
+    sphere = unit_sphere(parameters.sphere_slices, parameters.sphere_stacks)
     return Mesh(centre + radius * sphere.vertices, sphere.triangles)
-
-
-def _unit_sphere(slices: int, stacks: int) -> Mesh:
-    """Two poles and stacks - 1 rings of `slices` vertices: 2 slices (stacks - 1) triangles."""
-    polar, azimuth = np.meshgrid(
-        np.arange(1, stacks) * (np.pi / stacks), np.arange(slices) * (2 * np.pi / slices), indexing="ij"
-    )
-    rings = np.stack(
-        [np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth), np.cos(polar)], axis=-1
-    )
-    vertices = np.concatenate([rings.reshape(-1, 3), [(0, 0, 1), (0, 0, -1)]])
-
-    one = np.arange(slices)
-    other = (one + 1) % slices
-    north, south, last = len(vertices) - 2, len(vertices) - 1, (stacks - 2) * slices
-    caps = [
-        np.stack([np.full(slices, north), one, other], axis=1),
-        np.stack([np.full(slices, south), last + other, last + one], axis=1),
-    ]
-    between = _closed_grid(stacks - 1, slices)[: 2 * slices * (stacks - 2)]
-    return Mesh(vertices, np.concatenate([caps[0], between, caps[1]]))
 
 
 def _room(half_size: float) -> Mesh:
@@ -134,8 +100,3 @@ def _room(half_size: float) -> Mesh:
     walls = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
     triangles = [corners for a, b, c, d in walls for corners in ((a, b, c), (a, c, d))]
     return Mesh(np.array(vertices), np.array(triangles))
-
-
-def _unit(vectors: np.ndarray) -> np.ndarray:
-    """Vectors [n, 3] at length 1."""
-    return np.asarray(vectors / np.linalg.norm(vectors, axis=1, keepdims=True))

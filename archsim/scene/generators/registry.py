@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from archsim.errors import ArchsimError, Location, Problem, did_you_mean, fail
-from archsim.scene.generators import knot_and_spheres, quad_and_triangle
+from archsim.scene.generators import knot_and_spheres, power_plant, quad_and_triangle, robots, town
 from archsim.scene.mesh import Mesh
 
 
@@ -24,19 +24,18 @@ class Generator(NamedTuple):
 
 MAX_TRIANGLES = 10_000_000  # more is a slip of the pen, and would exhaust the memory
 
+
+def _generator(module: Any) -> Generator:
+    """What a file of this folder defines."""
+    return Generator(module.make, module.num_triangles, module.Parameters(), module.LOWEST)
+
+
 GENERATORS: Mapping[str, Generator] = {
-    "quad_and_triangle": Generator(
-        quad_and_triangle.make,
-        quad_and_triangle.num_triangles,
-        quad_and_triangle.Parameters(),
-        quad_and_triangle.LOWEST,
-    ),
-    "knot_and_spheres": Generator(
-        knot_and_spheres.make,
-        knot_and_spheres.num_triangles,
-        knot_and_spheres.Parameters(),
-        knot_and_spheres.LOWEST,
-    ),
+    "quad_and_triangle": _generator(quad_and_triangle),
+    "knot_and_spheres": _generator(knot_and_spheres),
+    "town": _generator(town),
+    "robots": _generator(robots),
+    "power_plant": _generator(power_plant),
 }
 
 

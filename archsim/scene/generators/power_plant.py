@@ -1,0 +1,149 @@
+"""Steel frames full of pipes, with tanks and chimneys between them; z up.
+
+A stand-in for the UNC power plant, of which [Lloyd07] draws 1.7 million triangles: long, thin, dense geometry
+in many layers of depth. The default parameters give 1,700,576. Fewer bays and pipes give a section of it.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from archsim.scene.generators.shapes import (
+    BOX_TRIANGLES,
+    boxes,
+    ground,
+    join,
+    sphere_triangles,
+    spheres,
+    tube_triangles,
+    tubes,
+)
+from archsim.scene.mesh import Mesh
+
+
+class Parameters(NamedTuple):
+    """Counts, and sizes in metres."""
+
+    bays: int = 10  # of the frame along x and along y
+    floors: int = 8
+    bay_size: float = 6.0
+    pipes: int = 3220
+    runs: int = 7  # straight runs of a pipe, at right angles
+    pipe_sides: int = 12
+    bends: int = 3  # points of an elbow
+    tanks: int = 40
+    tank_slices: int = 48
+    chimneys: int = 4
+
+
+LOWEST = Parameters(1, 1, 1.0, 0, 1, 3, 1, 0, 3, 0)
+TANK_STACKS = 24
+CHIMNEY_RINGS = 33
+BRACES = 2  # thin boxes across each cell of a floor: gratings
+GROUND_CELLS = 32
+
+
+def num_triangles(parameters: Parameters) -> int:
+    """Ground, frame, pipes, tanks, chimneys."""
+    lines = parameters.bays + 1
+    beams = parameters.floors * (lines * lines + 2 * lines * parameters.bays + BRACES * parameters.bays**2)
+    pipe = tube_triangles(_pipe_points(parameters), parameters.pipe_sides)
+    tanks = parameters.tanks * sphere_triangles(parameters.tank_slices, TANK_STACKS)
+    chimneys = parameters.chimneys * tube_triangles(CHIMNEY_RINGS, parameters.tank_slices)
+    return 2 * GROUND_CELLS**2 + beams * BOX_TRIANGLES + parameters.pipes * pipe + tanks + chimneys
+
+
+def _pipe_points(parameters: Parameters) -> int:
+    return 2 + (parameters.runs - 1) * parameters.bends
+
+
+def make(random: np.random.Generator, parameters: Parameters) -> Mesh:
+    """In the order of `num_triangles`."""
+    size = parameters.bays * parameters.bay_size
+    flat = np.zeros((GROUND_CELLS + 1, GROUND_CELLS + 1))
+    parts = [ground(4.0 * size, GROUND_CELLS, flat), _frame(parameters)]
+    if parameters.pipes:
+        routes = [_route(random, parameters) for _ in range(parameters.pipes)]
+        points, radii = (np.array(part) for part in zip(*routes, strict=True))
+        parts.append(tubes(points, radii, parameters.pipe_sides))
+    if parameters.tanks:
+        parts.append(_tanks(random, parameters))
+    if parameters.chimneys:
+        parts.append(_chimneys(random, parameters))
+    return join(parts)
+
+
+def _frame(parameters: Parameters) -> Mesh:
+    """Columns, beams along x and y, and gratings, floor by floor."""
+    bay, half = parameters.bay_size, 0.5 * parameters.bays * parameters.bay_size
+    line = np.arange(parameters.bays + 1) * bay - half
+    cell = line[:-1]
+    level = np.arange(parameters.floors) * bay
+    columns = _combinations(line, line, level)
+    along_x, along_y = _combinations(cell, line, level + bay), _combinations(line, cell, level + bay)
+    lows = [columns - (0.15, 0.15, 0.0), along_x - (0.0, 0.1, 0.3), along_y - (0.1, 0.0, 0.3)]
+    highs = [columns + (0.15, 0.15, bay), along_x + (bay, 0.1, 0.0), along_y + (0.1, bay, 0.0)]
+    for index in range(BRACES):
+        brace = _combinations(cell + bay * (index + 1) / (BRACES + 1), cell, level + bay)
+        lows.append(brace - (0.3, 0.0, 0.05))
+        highs.append(brace + (0.3, bay, 0.0))
+    return boxes(np.concatenate(lows), np.concatenate(highs))
+
+
+def _combinations(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """All points (x, y, z), z slowest; float [n, 3]."""
+    grid = np.meshgrid(z, y, x, indexing="ij")
+    return np.stack(grid[::-1], axis=-1).reshape(-1, 3)
+
+
+def _route(random: np.random.Generator, parameters: Parameters) -> tuple[np.ndarray, float]:
+    """(points, radius) of a pipe that goes through the frame in straight runs along the axes, with rounded
+    elbows.
+    """
+    size = np.array([parameters.bays, parameters.bays, parameters.floors]) * parameters.bay_size
+    radius = 0.04 * 2.0 ** random.uniform(0, 3)
+    corners = [random.uniform(0.02, 0.98, 3) * size]
+    axis = int(random.integers(3))
+    for _ in range(parameters.runs):
+        corner = corners[-1].copy()
+        step = random.uniform(0.15, 0.4) * size[axis]
+        corner[axis] += step if corner[axis] + step < 0.98 * size[axis] else -step
+        corners.append(corner)
+        axis = (axis + int(random.integers(1, 3))) % 3
+    points = [corners[0]]
+    for before, corner, after in zip(corners, corners[1:], corners[2:], strict=False):
+        points += _elbow(before, corner, after, 3 * radius, parameters.bends)
+    points.append(corners[-1])
+    return np.array(points) - (0.5 * size[0], 0.5 * size[1], -0.2), radius
+
+
+def _elbow(
+    before: np.ndarray, corner: np.ndarray, after: np.ndarray, reach: float, num_points: int
+) -> list[np.ndarray]:
+    """Points of a rounded corner, from `reach` before it to `reach` after it, or as far as the runs allow."""
+    inward, outward = before - corner, after - corner
+    reach = min(reach, 0.45 * float(np.linalg.norm(inward)), 0.45 * float(np.linalg.norm(outward)))
+    start = corner + reach * inward / np.linalg.norm(inward)
+    end = corner + reach * outward / np.linalg.norm(outward)
+    parts = (np.arange(num_points) + 0.5) / num_points
+    return [(1 - t) ** 2 * start + 2 * t * (1 - t) * corner + t**2 * end for t in parts]
+
+
+def _tanks(random: np.random.Generator, parameters: Parameters) -> Mesh:
+    """Round tanks on the ground around the frame, and inside it."""
+    reach = parameters.bays * parameters.bay_size
+    radii = random.uniform(0.8, 3.0, parameters.tanks)
+    centres = random.uniform(-reach, reach, (parameters.tanks, 3))
+    centres[:, 2] = radii + 0.2
+    return spheres(centres, radii, parameters.tank_slices, TANK_STACKS)
+
+
+def _chimneys(random: np.random.Generator, parameters: Parameters) -> Mesh:
+    reach = parameters.bays * parameters.bay_size
+    places = random.uniform(-reach, reach, (parameters.chimneys, 1, 2))
+    height = np.linspace(0.0, 2.0 * parameters.floors * parameters.bay_size, CHIMNEY_RINGS)
+    points = np.empty((parameters.chimneys, CHIMNEY_RINGS, 3))
+    points[:, :, :2], points[:, :, 2] = places, height
+    return tubes(points, random.uniform(1.0, 2.5, parameters.chimneys), parameters.tank_slices)
