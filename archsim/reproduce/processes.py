@@ -73,7 +73,7 @@ def _receive(
 def _work(connection: Connection, function: Callable[..., Any], job: tuple[Any, ...]) -> None:
     """The body of a worker process."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides when to stop
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+    threading.Thread(target=end_with_parent, daemon=True).start()
     last_report = 0.0
 
     def tell(what: str, done: int, total: int) -> None:
@@ -88,7 +88,7 @@ def _work(connection: Connection, function: Callable[..., Any], job: tuple[Any, 
         connection.send((_ERROR, (type(error), error.problems)))
 
 
-def _end_with_parent() -> None:
+def end_with_parent() -> None:
     """Leave when the parent is gone, however it went."""
     parent = multiprocessing.parent_process()
     assert parent is not None

@@ -1,0 +1,124 @@
+"""`archsim sweep`, and what can be asked of a sweep's folder."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pandas as pd
+import typer
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from archsim.cli.edge import FAILED_CHECK
+from archsim.cli.watch import LiveTable
+from archsim.errors import fail
+from archsim.report.formats import number
+from archsim.sweep.analysis import finished, knee, pareto_front, sensitivity
+from archsim.sweep.conduct import Tally
+from archsim.sweep.plan import Point, make_plan, shard
+from archsim.sweep.spec import load_sweep
+from archsim.sweep.start import find_sweep, run_path, run_sweep
+from archsim.sweep.store import check_folder, read_index
+from archsim.sweep.table import load_table, metrics_of, parameters_of, write_table
+from archsim.sweep.workers import DaskWorkers, LocalWorkers, Workers
+
+
+def sweep(file: str, out: Path | None, workers: tuple[int, str | None], part: str, dry_run: bool) -> None:
+    """Do what is not done yet of a sweep; leave its table. Exit code 1 if a point failed."""
+    path = find_sweep(file)
+    config = load_sweep(path)
+    index, count = parse_shard(part)
+    plan = make_plan(config, run_path(config, path))
+    mine = shard(plan, index, count)
+    if dry_run:
+        _print_plan(plan, mine)
+        return
+
+    folder = out or Path("runs") / f"sweep-{config.name}"
+    check_folder(folder)
+    with LiveTable() as table:
+        tally = run_sweep(config, (plan, mine), folder, (_workers(*workers), f"{index}of{count}", table))
+    write_table(folder)
+    _print_tally(folder, tally)
+
+
+def show_table(folder: Path, form: str, out: Path | None) -> None:
+    """The table of a sweep: for people, as CSV, or as Parquet."""
+    if form == "parquet":
+        print(write_table(folder) if out is None else _parquet(load_table(folder), out))
+        return
+    table = load_table(folder)
+    if form == "csv":
+        table.to_csv(out or sys.stdout, index=False)
+    elif form == "text":
+        columns = [*parameters_of(folder), "status", *metrics_of(folder, table)]
+        _print_frame(read_index(folder).name, table[list(dict.fromkeys(columns))])
+    else:
+        raise fail(f"no format '{form}'", hint="formats are text, csv, parquet")
+
+
+def show_pareto(folder: Path, minimize: list[str]) -> None:
+    """The points that no other point beats, the knee marked."""
+    table = load_table(folder)
+    columns = minimize or metrics_of(folder, table)
+    front = pareto_front(table, columns)
+    best = knee(front, columns)
+    shown = front[list(dict.fromkeys([*parameters_of(folder), *columns]))].copy()
+    shown.insert(0, "", ["knee" if row == best else "" for row in range(len(front))])
+    _print_frame(f"{len(front)} of {len(finished(table))} points on the Pareto front", shown)
+
+
+def show_sensitivity(folder: Path, metric: str | None) -> None:
+    """Which parameter moves a statistic most."""
+    table = load_table(folder)
+    chosen = metric or metrics_of(folder, table)[0]
+    _print_frame(f"What moves {chosen}", sensitivity(table, parameters_of(folder), chosen))
+
+
+def parse_shard(text: str) -> tuple[int, int]:
+    """`2/8` as (2, 8)."""
+    index, slash, count = text.partition("/")
+    if not (slash and index.isdigit() and count.isdigit() and 1 <= int(index) <= int(count)):
+        raise fail(f"a shard is written I/N with 1 <= I <= N, not '{text}'")
+    return int(index), int(count)
+
+
+def _workers(jobs: int, scheduler: str | None) -> Workers:
+    return DaskWorkers(scheduler) if scheduler else LocalWorkers(jobs)
+
+
+def _parquet(table: pd.DataFrame, out: Path) -> Path:
+    table.to_parquet(out, index=False)
+    return out
+
+
+def _print_plan(plan: list[Point], mine: list[Point]) -> None:
+    for point in mine:
+        print(point.command if point.error is None else f"{point.command}  # fails: {point.error}")
+    pictures = len({point.functional_digest or point.digest for point in mine})
+    print(f"{len(mine)} of {len(plan)} points, {pictures} pictures to render", file=sys.stderr)
+
+
+def _print_tally(folder: Path, tally: Tally) -> None:
+    before = f", {tally.found} were finished before" if tally.found else ""
+    print(f"{tally.finished} points finished, {tally.failed} failed{before}")
+    print(f"written to {folder} (archsim sweep table {folder})")
+    if tally.failed:
+        print(f"{tally.failed} points failed; why, and how to repeat them: {folder}/failed", file=sys.stderr)
+        raise typer.Exit(FAILED_CHECK)
+
+
+def _print_frame(title: str, frame: pd.DataFrame) -> None:
+    table = Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False)
+    for name in frame.columns:
+        numeric = pd.api.types.is_numeric_dtype(frame[name])
+        table.add_column(str(name), justify="right" if numeric else "left", overflow="fold")
+    for row in frame.itertuples(index=False):
+        table.add_row(*(number(_plain(value)) for value in row))
+    Console().print(table)
+
+
+def _plain(value: object) -> object:
+    return value.item() if hasattr(value, "item") else value

@@ -1,0 +1,84 @@
+"""What a sweep says: which points no other point beats, which of them is the knee, which parameter matters."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from archsim.errors import ArchsimError, did_you_mean, fail
+from archsim.units import parse_bytes, parse_frequency
+
+
+def finished(table: pd.DataFrame) -> pd.DataFrame:
+    """The points that have a result."""
+    return table[table["status"] == "finished"].reset_index(drop=True)
+
+
+def amounts(table: pd.DataFrame, column: str) -> np.ndarray:
+    """float64 [rows] of a column; sizes and frequencies in their plain units. ArchsimError if it has none."""
+    if column not in table.columns:
+        near = did_you_mean(column, [str(name) for name in table.columns])
+        raise fail(f"the table has no column '{column}'", hint=near)
+    return np.array([_amount(column, value) for value in table[column]], np.float64)
+
+
+def pareto_front(table: pd.DataFrame, columns: Sequence[str]) -> pd.DataFrame:
+    """The finished points that no other point equals or beats in all columns and beats in one; less is better."""
+    points = finished(table)
+    values = np.stack([amounts(points, column) for column in columns], axis=1)
+    beaten = [bool(((values <= own).all(axis=1) & (values < own).any(axis=1)).any()) for own in values]
+    front = points[~np.array(beaten, np.bool_)] if len(points) else points
+    return front.sort_values(columns[0], key=lambda _: amounts(front, columns[0])).reset_index(drop=True)
+
+
+def knee(front: pd.DataFrame, columns: Sequence[str]) -> int | None:
+    """Row of the front that is nearest to the best of every column, each scaled from its best 0 to its worst 1."""
+    if not len(front):
+        return None
+    values = np.stack([amounts(front, column) for column in columns], axis=1)
+    spread = values.max(axis=0) - values.min(axis=0)
+    scaled = (values - values.min(axis=0)) / np.where(spread > 0, spread, 1.0)
+    return int(np.argmin(np.hypot.reduce(scaled, axis=1)))
+
+
+def sensitivity(table: pd.DataFrame, parameters: Sequence[str], metric: str) -> pd.DataFrame:
+    """How much each parameter moves a metric, the strongest first.
+
+    `range_percent`: from the lowest to the highest mean over the points that share a value, over the mean of all.
+    `explained_percent`: share of the metric's variance that these means have.
+    """
+    points = finished(table)
+    values = amounts(points, metric)
+    rows = []
+    for name in parameters:
+        keys = points[name].map(str).to_numpy()
+        means = {key: values[keys == key].mean() for key in dict.fromkeys(keys)}
+        spread = max(means.values()) - min(means.values()) if means else 0.0
+        between = np.array([means[key] for key in keys]).var() if len(values) else 0.0
+        total = values.var() if len(values) else 0.0
+        rows.append(
+            {
+                "parameter": name,
+                "range_percent": 100.0 * spread / abs(values.mean())
+                if len(values) and values.mean()
+                else 0.0,
+                "explained_percent": 100.0 * between / total if total else 0.0,
+                "best": min(means, key=lambda key: means[key]) if means else None,
+            }
+        )
+    found = pd.DataFrame(rows, columns=["parameter", "range_percent", "explained_percent", "best"])
+    return found.sort_values("range_percent", ascending=False, kind="stable").reset_index(drop=True)
+
+
+def _amount(column: str, value: Any) -> float:
+    if isinstance(value, int | float | np.integer | np.floating):
+        return float(value)
+    for parse in (parse_bytes, parse_frequency):
+        try:
+            return float(parse(value))
+        except (ArchsimError, TypeError):
+            continue
+    raise fail(f"'{column}' holds {value!r}, which is not a number: it cannot be compared")

@@ -1,0 +1,54 @@
+"""From a sweep's file to its folder."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from archsim import resources
+from archsim.config.inheritance import find_file
+from archsim.errors import did_you_mean, fail
+from archsim.sweep.conduct import Tally, Watch, conduct
+from archsim.sweep.plan import Point
+from archsim.sweep.spec import SweepConfig
+from archsim.sweep.store import Index, IndexEntry, only_one, write_index
+from archsim.sweep.workers import Workers
+
+
+def find_sweep(name: str) -> Path:
+    """The path of a sweep's file: `name` itself, or a packaged sweep's name."""
+    if Path(name).is_file():
+        return Path(name)
+    path = resources.config("sweeps", name) if "/" not in name else resources.root() / name
+    if not path.is_file():
+        names = sorted(file.stem for file in resources.config("sweeps", "tiny").parent.glob("*.yaml"))
+        hint = did_you_mean(name, names) or f"packaged sweeps: {', '.join(names)}"
+        raise fail(f"no file and no packaged sweep '{name}'", hint=hint)
+    return path
+
+
+def run_path(config: SweepConfig, path: Path) -> str:
+    """The run that a sweep starts from, seen from the sweep's file or else among the packaged ones."""
+    beside = path.parent / config.run
+    return str(beside) if beside.is_file() and not find_file(config.run, Path("/")) else config.run
+
+
+def run_sweep(
+    config: SweepConfig,
+    points: tuple[list[Point], list[Point]],
+    folder: Path,
+    how: tuple[Workers, str, Watch],
+) -> Tally:
+    """Do what is not done yet: `points` are all of the sweep's and this process's share, `how` names the share."""
+    plan, mine = points
+    workers, part, watch = how
+    try:
+        with only_one(folder, part):
+            write_index(folder, _index(config, plan))
+            return conduct(mine, folder.resolve(), workers, part, watch)
+    finally:
+        workers.close()
+
+
+def _index(config: SweepConfig, plan: list[Point]) -> Index:
+    entries = [IndexEntry(point.parameters, point.command, point.digest) for point in plan]
+    return Index(config.name, config.metrics, entries)

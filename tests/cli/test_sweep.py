@@ -1,0 +1,99 @@
+"""`archsim sweep` and what is asked of its folder."""
+
+import pytest
+from typer.testing import CliRunner
+
+from archsim.cli.app import app
+from archsim.config.document import dump
+from archsim.sweep.job import Done
+from tests.sweep.small import SWEEP, InlineWorkers
+
+
+@pytest.fixture(autouse=True)
+def in_an_empty_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "small.yaml").write_text(dump(SWEEP))
+
+
+@pytest.fixture
+def inline(monkeypatch):
+    """Jobs are done in this process."""
+    monkeypatch.setattr("archsim.cli.sweep.LocalWorkers", InlineWorkers)
+
+
+def archsim_(*arguments, exit_code=0):
+    result = CliRunner().invoke(app, arguments)
+    assert result.exit_code == exit_code, result.output
+    return result
+
+
+def test_a_sweep_leaves_a_table_and_asks_nothing_twice(inline):
+    assert "4 points finished, 0 failed" in archsim_("sweep", "small.yaml", "--out", "out").stdout
+    again = archsim_("sweep", "run", "small.yaml", "--out", "out").stdout
+    assert "0 points finished, 0 failed, 4 were finished before" in again
+
+    lines = archsim_("sweep", "table", "out", "--format", "csv").stdout.splitlines()
+    assert len(lines) == 5
+    assert lines[0].startswith("point,scene.resolution,machine.components.l2.size,")
+    assert archsim_("sweep", "table", "out", "--format", "parquet").stdout.strip() == "out/table.parquet"
+    assert "finished" in archsim_("sweep", "table", "out").stdout
+    assert "knee" in archsim_("sweep", "pareto", "out", "--minimize", "izb_build.cycles").stdout
+    assert "l2.size" in archsim_("sweep", "sensitivity", "out", "--of", "izb_raster.cycles").stdout
+
+
+def test_shards_share_a_folder(inline):
+    for part in ("1/2", "2/2"):
+        assert "2 points finished" in archsim_("sweep", "small.yaml", "--out", "out", "--shard", part).stdout
+
+    assert "4 were finished before" in archsim_("sweep", "small.yaml", "--out", "out").stdout
+
+
+def test_failures_end_with_1_and_say_where_they_are(monkeypatch):
+    monkeypatch.setattr(
+        "archsim.cli.sweep.LocalWorkers",
+        lambda jobs: InlineWorkers(do=lambda job: Done(0.0, "no memory")),
+    )
+
+    result = archsim_("sweep", "small.yaml", exit_code=1)
+
+    assert "0 points finished, 4 failed" in result.stdout
+    assert "runs/sweep-small/failed" in result.stderr
+
+
+def test_a_dry_run_prints_the_points_and_does_nothing(tmp_path):
+    result = archsim_("sweep", "small.yaml", "--dry-run")
+
+    assert len(result.stdout.splitlines()) == 4
+    assert "4 of 4 points, 2 pictures to render" in result.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["small.yaml"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["tinny"], "did you mean 'tiny'"),
+        (["small.yaml", "--shard", "3/2"], "a shard is written I/N"),
+        (["small.yaml", "--out", "small.yaml"], "small.yaml: is not a folder"),
+        (["table", "nowhere"], "nowhere: is not a sweep"),
+        (["table", "."], "is not a sweep"),
+    ],
+)
+def test_bad_input_ends_with_2(arguments, message):
+    result = archsim_("sweep", *arguments, exit_code=2)
+
+    assert message in result.stderr
+    assert "Traceback" not in result.output
+
+
+def test_a_folder_of_something_else_is_left_alone(tmp_path):
+    (tmp_path / "thesis").mkdir()
+    (tmp_path / "thesis" / "text").touch()
+
+    assert (
+        "something else than a sweep"
+        in archsim_("sweep", "small.yaml", "--out", "thesis", exit_code=2).stderr
+    )
+
+
+def test_packaged_sweeps_are_found_from_everywhere():
+    assert "archsim run runs/tiny.yaml" in archsim_("sweep", "tiny", "--dry-run").stdout

@@ -1,0 +1,71 @@
+"""Pareto front, knee and sensitivity, by hand and against their definitions."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from archsim.errors import ArchsimError
+from archsim.sweep.analysis import amounts, knee, pareto_front, sensitivity
+
+
+def table(**columns) -> pd.DataFrame:
+    frame = pd.DataFrame(columns)
+    frame["status"] = "finished"
+    return frame
+
+
+BY_HAND = table(size=["4 KiB", "1 KiB", "2 KiB", "2 KiB"], cycles=[10, 100, 20, 30], threads=[1, 2, 1, 2])
+
+
+def test_the_front_is_sorted_and_leaves_out_what_is_beaten():
+    front = pareto_front(BY_HAND, ["size", "cycles"])
+
+    assert front["cycles"].tolist() == [100, 20, 10]
+    assert knee(front, ["size", "cycles"]) == 1
+
+
+def test_failed_points_are_on_no_front():
+    points = BY_HAND.copy()
+    points.loc[0, "status"] = "failed"
+
+    assert pareto_front(points, ["cycles"])["cycles"].tolist() == [20]
+
+
+@given(st.lists(st.tuples(st.integers(0, 5), st.integers(0, 5)), min_size=1, max_size=12))
+def test_the_front_is_what_nothing_beats(rows):
+    points = table(a=[a for a, _ in rows], b=[b for _, b in rows])
+
+    found = {tuple(row) for row in pareto_front(points, ["a", "b"])[["a", "b"]].to_numpy().tolist()}
+
+    assert found == {
+        (a, b) for a, b in rows if not any(c <= a and d <= b and (c, d) != (a, b) for c, d in rows)
+    }
+
+
+def test_the_parameter_that_moves_the_metric_comes_first():
+    found = sensitivity(BY_HAND, ["threads", "size"], "cycles")
+
+    assert found["parameter"].tolist() == ["size", "threads"]
+    assert found["range_percent"].tolist() == [pytest.approx(100 * 90 / 40), pytest.approx(100 * 50 / 40)]
+    assert found["best"].tolist() == ["4 KiB", "1"]
+    values = np.array([10, 100, 20, 30])
+    means = np.array([10, 100, 25, 25])
+    assert found["explained_percent"][0] == pytest.approx(100 * means.var() / values.var())
+
+
+def test_quantities_are_compared_by_their_amount():
+    assert amounts(BY_HAND, "size").tolist() == [4096, 1024, 2048, 2048]
+    with pytest.raises(ArchsimError, match="did you mean 'cycles'"):
+        amounts(BY_HAND, "cycle")
+    with pytest.raises(ArchsimError, match="cannot be compared"):
+        amounts(table(order=["block"]), "order")
+
+
+def test_nothing_finished_is_no_error():
+    points = BY_HAND.assign(status="failed")
+
+    assert len(pareto_front(points, ["cycles"])) == 0
+    assert knee(pareto_front(points, ["cycles"]), ["cycles"]) is None
+    assert sensitivity(points, ["threads"], "cycles")["range_percent"].tolist() == [0]

@@ -1,0 +1,49 @@
+"""The table of a sweep, read by pandas and by DuckDB."""
+
+import duckdb
+import pandas as pd
+import pytest
+
+from archsim.sweep.table import load_table, metrics_of, parameters_of, write_table
+from tests.sweep.test_conduct import conducted
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("sweep")
+    parameters = [{"grid": {"machine.components.l2.size": ["1 KiB", "3000 B", "2 KiB"], "seed": [1, 2]}}]
+    conducted(folder, parameters=parameters)
+    return folder
+
+
+def test_a_row_a_point_with_its_parameters_and_statistics(folder):
+    table = load_table(folder)
+
+    assert list(table["machine.components.l2.size"]) == ["1 KiB"] * 2 + ["3000 B"] * 2 + ["2 KiB"] * 2
+    assert list(table["status"]) == ["finished"] * 2 + ["failed"] * 2 + ["finished"] * 2
+    assert table["izb_build.cycles"].notna().tolist() == [True] * 2 + [False] * 2 + [True] * 2
+    assert "must be sets x ways x line" in table["error"][2]
+    assert table["command"][0].startswith("archsim run runs/tiny.yaml --set")
+
+
+def test_only_what_differs_is_a_parameter(folder):
+    assert parameters_of(folder) == ["machine.components.l2.size", "seed"]
+    assert metrics_of(folder, load_table(folder)) == ["izb_build.cycles", "izb_raster.cycles"]
+
+
+def test_parquet_holds_the_same(folder):
+    path = write_table(folder)
+
+    pd.testing.assert_frame_equal(pd.read_parquet(path), load_table(folder), check_dtype=False)
+    rows = duckdb.sql(
+        f"""select "machine.components.l2.size" as size, min("izb_raster.cycles") as cycles
+            from '{path}' where status = 'finished' group by size order by size"""
+    ).fetchall()
+    assert [size for size, _ in rows] == ["1 KiB", "2 KiB"]
+    assert all(cycles > 0 for _, cycles in rows)
+
+
+def test_points_that_were_not_tried_are_unfinished(folder, tmp_path):
+    (tmp_path / "sweep.json").write_text((folder / "sweep.json").read_text())
+
+    assert set(load_table(tmp_path)["status"]) == {"unfinished"}
