@@ -11,7 +11,7 @@ from archsim.machine import compiled, reference
 from archsim.machine.spec import MachineSpec
 from archsim.model.cache.spec import DRAM_PARENT, CacheSpec
 from archsim.model.core.spec import CoreSpec, TaskOrder
-from archsim.model.dram.spec import AddressField, DramSpec, DramTiming, Scheduler
+from archsim.model.dram.spec import AddressField, DramSpec, DramTiming, PagePolicy, Scheduler
 from archsim.model.fifo.spec import FifoSpec
 from archsim.model.locks.spec import LocksSpec
 from archsim.model.unit.spec import UnitSpec
@@ -28,10 +28,14 @@ TIMING = DramTiming(
     n_ras=12,
     n_rc=18,
     n_rrd=2,
+    n_rrd_l=2,
+    n_faw=0,
     n_ccd=2,
+    n_ccd_l=2,
     n_rtp=2,
     n_wr=4,
     n_wtr=3,
+    n_wtr_l=3,
     n_rtw=6,
     n_rfc=20,
     n_refi=0,
@@ -57,13 +61,23 @@ TINY = MachineSpec(
     dram=DramSpec(
         num_channels=1,
         num_banks=2,
+        num_groups=1,
         period_ticks=1,
         burst_beats=4,
+        clock_beats=2,
         beat_bytes=4,
         num_queue_entries=4,
+        num_write_entries=0,
+        write_high=0,
+        write_low=0,
         scheduler=Scheduler.FR_FCFS,
         max_wait_clocks=100,
+        page_policy=PagePolicy.OPEN,
+        page_timeout_clocks=0,
         channel=AddressField(shift=4, bits=0),
+        group=AddressField(shift=4, bits=0),
+        line=AddressField(shift=4, bits=2),
+        bank_hash=0,
         bank=AddressField(shift=6, bits=1),
         row=AddressField(shift=7, bits=4),
         timing=TIMING,

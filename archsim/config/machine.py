@@ -14,6 +14,7 @@ from archsim.config.components import (
     CoreConfig,
     DramConfig,
     FifoConfig,
+    IdealDramConfig,
     LocksConfig,
     UnitConfig,
 )
@@ -23,7 +24,9 @@ from archsim.units import Frequency, clock_periods, format_bytes
 
 MAX_PERIOD_TICKS = 10**6
 
-Kind = TypeVar("Kind", CoreConfig, CacheConfig, UnitConfig, FifoConfig, LocksConfig, DramConfig)
+Kind = TypeVar(
+    "Kind", CoreConfig, CacheConfig, UnitConfig, FifoConfig, LocksConfig, DramConfig, IdealDramConfig
+)
 
 
 class RolesConfig(Section):
@@ -61,6 +64,7 @@ class MachineConfig(Section):
             _circles,
             _lines,
             _core_clocks,
+            _dram_clocks,
             _private_caches,
             _requests,
             _feeders,
@@ -89,7 +93,7 @@ def _names(machine: MachineConfig) -> Iterator[Finding]:
 # The kinds that a key of a component may name.
 _REFERENCES: dict[str, dict[str, tuple[str, ...]]] = {
     "core": {"memory": ("cache",), "locks": ("locks",), "tasks": ("fifo",)},
-    "cache": {"next": ("cache", "dram")},
+    "cache": {"next": ("cache", "dram", "ideal_dram")},
     "unit": {"output": ("fifo",)},
 }
 
@@ -156,6 +160,15 @@ def _core_clocks(machine: MachineConfig) -> Iterator[Finding]:
                 yield Finding(("components", name, "clock"), what)
 
 
+def _dram_clocks(machine: MachineConfig) -> Iterator[Finding]:
+    """DRAMs on a clock that their timing, which is in clocks, is not meant for."""
+    for name, dram in machine.all_of(DramConfig).items():
+        frequency = machine.clocks.get(dram.clock)
+        if dram.frequency is not None and frequency is not None and dram.frequency != frequency:
+            what = f"'{dram.clock}' runs at {frequency:,} Hz, the timing is meant for {dram.frequency:,} Hz"
+            yield Finding(("components", name, "clock"), what)
+
+
 def _private_caches(machine: MachineConfig) -> Iterator[Finding]:
     """Private caches below other caches."""
     for name, cache in machine.all_of(CacheConfig).items():
@@ -173,11 +186,9 @@ def _requests(machine: MachineConfig) -> Iterator[Finding]:
         if dram is None:
             continue
         path = ("components", name, "line")
-        burst = dram.burst_beats * dram.channel_width
-        if cache.line % burst:
-            yield Finding(
-                path, f"must be a whole number of bursts of '{cache.next}', {format_bytes(burst)} each"
-            )
+        if cache.line % dram.burst_bytes:
+            burst = format_bytes(dram.burst_bytes)
+            yield Finding(path, f"must be a whole number of bursts of '{cache.next}', {burst} each")
         if dram.row_bytes % cache.line:
             row = format_bytes(dram.row_bytes)
             yield Finding(path, f"must divide the rows of '{cache.next}', {row}")

@@ -6,6 +6,10 @@ from typing import Annotated, Any, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from archsim.units import Bytes
+
+Size = Annotated[Bytes, Field(ge=1, le=2**40)]
+Small = Annotated[int, Field(ge=1, le=4096)]
 Count = Annotated[int, Field(ge=1, le=1_000_000)]
 Coordinate = Annotated[float, Field(ge=-1e9, le=1e9)]
 Vector = Annotated[tuple[Coordinate, Coordinate, Coordinate], Field(strict=False)]

@@ -10,13 +10,15 @@ from archsim.config.components import (
     CoreConfig,
     DramConfig,
     FifoConfig,
+    IdealDramConfig,
     LocksConfig,
 )
+from archsim.config.dram import TimingConfig
 from archsim.config.machine import MachineConfig, path_down
 from archsim.machine.spec import MachineSpec
 from archsim.model.cache.spec import DRAM_PARENT, CacheSpec
 from archsim.model.core.spec import CoreSpec, TaskOrder
-from archsim.model.dram.spec import AddressField, DramSpec, DramTiming, Scheduler
+from archsim.model.dram.spec import AddressField, DramSpec, DramTiming, PagePolicy, Scheduler
 from archsim.model.fifo.spec import FifoSpec
 from archsim.model.locks.spec import LocksSpec
 from archsim.model.unit.spec import UnitSpec
@@ -42,7 +44,7 @@ def group_machine(machine: MachineConfig, group: str) -> PhaseMachine:
     core = machine.all_of(CoreConfig)[group]
     periods = clock_periods(machine.clocks)
     levels = path_down(machine, core.memory)
-    dram = machine.all_of(DramConfig)[machine.all_of(CacheConfig)[levels[-1]].next]
+    dram = dram_component(machine, machine.all_of(CacheConfig)[levels[-1]].next)
     caches, names = _caches([machine.all_of(CacheConfig)[name] for name in levels], levels, core.count)
     source, fifo = _supply(machine, core)
     order = TaskOrder.INTERLEAVED if core.tasks == INTERLEAVED else TaskOrder.FIRST_FREE
@@ -54,10 +56,9 @@ def group_machine(machine: MachineConfig, group: str) -> PhaseMachine:
         source,
         fifo,
         caches,
-        _dram(dram, caches[-1].line_bytes, periods[dram.clock]),
+        dram_spec(dram, caches[-1].line_bytes, periods[dram.clock]),
     )
-    capacity = dram.channels * dram.banks * dram.rows * dram.row_bytes
-    return PhaseMachine(spec, names, machine.clocks[core.clock] * periods[core.clock], capacity)
+    return PhaseMachine(spec, names, machine.clocks[core.clock] * periods[core.clock], dram.capacity_bytes)
 
 
 def _supply(machine: MachineConfig, core: CoreConfig) -> tuple[UnitSpec, FifoSpec]:
@@ -100,19 +101,75 @@ def _cache(config: CacheConfig, parent: int) -> CacheSpec:
     )
 
 
-def _dram(config: DramConfig, line_bytes: int, period_ticks: int) -> DramSpec:
+def dram_component(machine: MachineConfig, name: str) -> DramConfig | IdealDramConfig:
+    """The DRAM of that name; the machine has been checked."""
+    return {**machine.all_of(DramConfig), **machine.all_of(IdealDramConfig)}[name]
+
+
+def dram_spec(config: DramConfig | IdealDramConfig, line_bytes: int, period_ticks: int) -> DramSpec:
+    """The DRAM for requests of `line_bytes`."""
+    if isinstance(config, IdealDramConfig):
+        return _ideal_dram(config, line_bytes, period_ticks)
     fields = {name: AddressField(*place) for name, place in config.address_fields(line_bytes).items()}
+    writes = config.write_queue
     return DramSpec(
         num_channels=config.channels,
         num_banks=config.banks,
+        num_groups=config.bank_groups,
         period_ticks=period_ticks,
         burst_beats=config.burst_beats,
+        clock_beats=config.data_rate,
         beat_bytes=config.channel_width,
         num_queue_entries=config.queue_entries,
+        num_write_entries=writes.entries if writes else 0,
+        write_high=writes.high if writes else 0,
+        write_low=writes.low if writes else 0,
         scheduler=int(Scheduler[config.scheduler.upper()]),
         max_wait_clocks=config.max_wait_clocks,
+        page_policy=int(PagePolicy[config.page_policy.upper()]),
+        page_timeout_clocks=config.page_timeout_clocks or 0,
         channel=fields["channel"],
+        group=fields["group"],
         bank=fields["bank"],
         row=fields["row"],
-        timing=DramTiming(**{name: getattr(config.timing, name) for name in DramTiming._fields}),
+        line=fields["line"],
+        bank_hash=fields["group"].bits + fields["bank"].bits if config.bank_hash == "xor" else 0,
+        timing=_timing(config.timing),
+    )
+
+
+def _timing(config: TimingConfig) -> DramTiming:
+    """The constraints; those within a bank group are the channel's where there are no groups."""
+    given = {name: getattr(config, name) for name in DramTiming._fields}
+    within = {f"{name}_l": given[f"{name}_l"] or given[name] for name in ("n_rrd", "n_ccd", "n_wtr")}
+    return DramTiming(**{**given, **within, "n_faw": given["n_faw"] or 0})
+
+
+def _ideal_dram(config: IdealDramConfig, line_bytes: int, period_ticks: int) -> DramSpec:
+    """One channel that takes a line as one burst, with all times but the latency zero."""
+    nowhere = AddressField(0, 0)
+    timing = DramTiming(**{**dict.fromkeys(DramTiming._fields, 0), "n_cl": config.latency_clocks})
+    return DramSpec(
+        num_channels=1,
+        num_banks=1,
+        num_groups=1,
+        period_ticks=period_ticks,
+        burst_beats=1,
+        clock_beats=1,
+        beat_bytes=line_bytes,
+        num_queue_entries=1,
+        num_write_entries=0,
+        write_high=0,
+        write_low=0,
+        scheduler=int(Scheduler.IDEAL),
+        max_wait_clocks=0,
+        page_policy=int(PagePolicy.OPEN),
+        page_timeout_clocks=0,
+        channel=nowhere,
+        group=nowhere,
+        bank=nowhere,
+        row=nowhere,
+        line=nowhere,
+        bank_hash=0,
+        timing=timing,
     )

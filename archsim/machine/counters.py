@@ -38,6 +38,7 @@ class Counters(NamedTuple):
     cache_fetch_ticks: np.ndarray  # [K] ticks from a fetch reaching the next level to its fill, summed
     dram_reads: np.ndarray  # [H] read requests whose column command was issued
     dram_writes: np.ndarray  # [H] write requests whose column command was issued
+    dram_forwarded: np.ndarray  # [H] reads answered by a write that waited in the write queue
     dram_row_hits: np.ndarray  # [H] requests whose row was open when first considered
     dram_row_misses: np.ndarray  # [H] requests whose bank was closed when first considered
     dram_row_conflicts: np.ndarray  # [H] requests that met another open row when first considered

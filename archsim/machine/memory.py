@@ -121,12 +121,12 @@ def _send(spec, state, arrival, cache, request):
         _put(spec, state, arrival, parent, spec.core.num_cores + cache, request)
         return
 
-    queued = dram_model.send(spec.dram, state.dram, arrival * spec.core.period_ticks, request.address, cache)
+    arrival_ticks, is_write = arrival * spec.core.period_ticks, request.kind == WRITEBACK
+    queued = dram_model.send(spec.dram, state.dram, arrival_ticks, request.address, cache, is_write)
     queued["bursts"] = spec.bursts[cache]
-    queued["is_write"] = request.kind == WRITEBACK
     queued["requester"] = request.requester
-    channel = dram_model.field_of(request.address, spec.dram.channel)
-    _look_after(spec, state, arrival, state.dram.queue, channel)
+    ring = dram_model.ring_of_request(spec.dram, request.address, is_write)
+    _look_after(spec, state, arrival, state.dram.queue, ring)
 
 
 @step
@@ -183,8 +183,7 @@ def play_dram(spec: Machine, state: State, limit):
         requester = dram_model.wake_first(spec.dram, dram)
         run["last_clock"] = clock
         if requester != NO_REQUESTER:
-            half_ticks = dram_model.data_half_ticks(spec.dram, dram, channel)
-            arrival = (half_ticks + 2 * core_period - 1) // (2 * core_period)
+            arrival = dram_model.answer_cycle(spec.dram, dram, channel, core_period)
             _answer_fetch(state, arrival, len(spec.bursts), requester)
             limit = min(limit, arrival)
     return limit

@@ -167,7 +167,7 @@ class Machine:
         }
 
     def _dram_counters(self) -> dict[str, np.ndarray]:
-        names = ["reads", "writes", "row_hits", "row_misses", "row_conflicts"]
+        names = ["reads", "writes", "forwarded", "row_hits", "row_misses", "row_conflicts"]
         names += ["activates", "precharges", "refreshes", "data_clocks"]
         return {
             f"dram_{name}": _array(channel.counts[name] for channel in self.dram.channels) for name in names

@@ -72,7 +72,8 @@ class DramView(NamedTuple):
 
     @property
     def moved_bytes(self) -> int:
-        return self.total("data_clocks") * 2 * self.phase.machine.spec.dram.beat_bytes
+        dram = self.phase.machine.spec.dram
+        return self.total("data_clocks") * dram.clock_beats * dram.beat_bytes
 
     @property
     def bus_clocks(self) -> float:
@@ -212,6 +213,12 @@ DRAM = [
     Measure("reads", "requests", "Read requests served.", lambda view: view.total("reads")),
     Measure("writes", "requests", "Write requests served.", lambda view: view.total("writes")),
     Measure(
+        "forwarded",
+        "requests",
+        "Reads answered by a write that waited in the write queue; not among those served.",
+        lambda view: view.total("forwarded"),
+    ),
+    Measure(
         "row_hits",
         "requests",
         "Requests whose row was open when first considered.",
@@ -279,7 +286,8 @@ def phase_checks(phase: str, machine: PhaseMachine, counters: Counters) -> list[
     last = [k for k, cache in enumerate(spec.caches) if cache.parent == DRAM_PARENT]
     requests = counters.dram_reads + counters.dram_writes
     classified = counters.dram_row_hits + counters.dram_row_misses + counters.dram_row_conflicts
-    carried = int(counters.dram_data_clocks.sum()) * 2 * spec.dram.beat_bytes
+    carried = int(counters.dram_data_clocks.sum()) * spec.dram.clock_beats * spec.dram.beat_bytes
+    read = counters.dram_reads.sum() + counters.dram_forwarded.sum()
     laws = [
         (
             "slots",
@@ -287,7 +295,7 @@ def phase_checks(phase: str, machine: PhaseMachine, counters: Counters) -> list[
             np.full(spec.core.num_cores, counters.cycles),
         ),
         ("lookups", lookups, outcomes),
-        ("fetches reach the DRAM", counters.cache_fetches[last].sum(), counters.dram_reads.sum()),
+        ("fetches reach the DRAM", counters.cache_fetches[last].sum(), read),
         ("write-backs reach the DRAM", counters.cache_writebacks_out[last].sum(), counters.dram_writes.sum()),
         ("DRAM bytes", requests.sum() * line, carried),
         ("row outcomes", requests, classified),

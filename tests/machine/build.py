@@ -12,7 +12,7 @@ from archsim.machine.counters import Counters
 from archsim.machine.spec import MachineSpec
 from archsim.model.cache.spec import DRAM_PARENT, CacheSpec
 from archsim.model.core.spec import CoreSpec, TaskOrder
-from archsim.model.dram.spec import AddressField, DramSpec, DramTiming, Scheduler
+from archsim.model.dram.spec import AddressField, DramSpec, DramTiming, PagePolicy, Scheduler
 from archsim.model.fifo.spec import FifoSpec
 from archsim.model.locks.spec import LocksSpec
 from archsim.model.unit.spec import UnitSpec
@@ -33,10 +33,14 @@ TIMING = DramTiming(
     n_ras=19,
     n_rc=23,
     n_rrd=3,
+    n_rrd_l=3,
+    n_faw=0,
     n_ccd=2,
+    n_ccd_l=2,
     n_rtp=4,
     n_wr=31,
     n_wtr=37,
+    n_wtr_l=37,
     n_rtw=41,
     n_rfc=43,
     n_refi=0,
@@ -46,15 +50,25 @@ TIMING = DramTiming(
 DRAM = DramSpec(
     num_channels=1,
     num_banks=4,
+    num_groups=1,
     period_ticks=1,
     burst_beats=2,
+    clock_beats=2,
     beat_bytes=4,
     num_queue_entries=16,
+    num_write_entries=0,
+    write_high=0,
+    write_low=0,
     scheduler=Scheduler.FR_FCFS,
     max_wait_clocks=1000,
+    page_policy=PagePolicy.OPEN,
+    page_timeout_clocks=0,
     channel=AddressField(shift=0, bits=0),
+    group=AddressField(shift=0, bits=0),
     bank=AddressField(shift=7, bits=2),
     row=AddressField(shift=9, bits=8),
+    line=AddressField(shift=3, bits=4),
+    bank_hash=0,
     timing=TIMING,
 )
 

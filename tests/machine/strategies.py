@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from archsim.machine.spec import MachineSpec
 from archsim.model.cache.spec import DRAM_PARENT, CacheSpec
 from archsim.model.core.spec import CoreSpec, TaskOrder
-from archsim.model.dram.spec import AddressField, DramSpec, DramTiming, Scheduler
+from archsim.model.dram.spec import AddressField, DramSpec, DramTiming, PagePolicy, Scheduler
 from archsim.model.fifo.spec import FifoSpec
 from archsim.model.locks.spec import LocksSpec
 from archsim.model.unit.spec import UnitSpec
@@ -26,35 +26,65 @@ def small(most: int, least: int = 1) -> st.SearchStrategy[int]:
 
 
 @st.composite
-def timings(draw: st.DrawFn) -> DramTiming:
+def timings(draw: st.DrawFn, num_groups: int) -> DramTiming:
     """Any constraint may be the one that binds; refresh leaves time to serve a request between two."""
-    clocks = {name: draw(small(12)) for name in DramTiming._fields if name not in ("n_refi", "n_ccd")}
+    drawn_apart = ("n_refi", "n_faw", "n_ccd", "n_ccd_l", "n_rrd_l", "n_wtr_l")
+    clocks = {name: draw(small(12)) for name in DramTiming._fields if name not in drawn_apart}
+    clocks["n_ccd"] = draw(small(6))
+    for name in ("n_rrd", "n_ccd", "n_wtr"):
+        clocks[f"{name}_l"] = clocks[name] + (draw(small(8, 0)) if num_groups > 1 else 0)
+    clocks["n_faw"] = draw(st.sampled_from([0, 0, 20, 45]))
     cost = sum(clocks.values())
-    n_refi = draw(st.sampled_from([0, 0, cost + 60, 2 * cost + 101]))
-    return DramTiming(**clocks, n_ccd=draw(small(6)), n_refi=n_refi)
+    return DramTiming(**clocks, n_refi=draw(st.sampled_from([0, 0, cost + 60, 2 * cost + 101])))
+
+
+@st.composite
+def address_fields(draw: st.DrawFn) -> dict[str, AddressField]:
+    """The bits of the address in a random order above the line; `line` is used to record commands only."""
+    bits = {"channel": draw(small(1, 0)), "bank": draw(small(2, 0)), "row": draw(small(3, 0))}
+    bits["group"] = draw(small(1, 0))
+    shift = draw(st.sampled_from([3, 4, 5, 6, 7]))
+    fields = {"line": AddressField(3, shift - 3)}
+    for name in draw(st.permutations(sorted(bits))):
+        fields[name] = AddressField(shift, bits[name])
+        shift += bits[name]
+    return fields
+
+
+@st.composite
+def queues(draw: st.DrawFn) -> dict[str, int]:
+    """The scheduler, and a write queue where there may be one."""
+    scheduler = draw(st.sampled_from([Scheduler.FCFS, *[Scheduler.FR_FCFS] * 3, Scheduler.IDEAL]))
+    entries = 0 if scheduler == Scheduler.IDEAL else draw(st.sampled_from([0, 0, 1, 2, 3, 6]))
+    high = draw(small(entries)) if entries else 0
+    low = draw(small(high - 1, 0)) if high else 0
+    return {"scheduler": scheduler, "num_write_entries": entries, "write_high": high, "write_low": low}
 
 
 @st.composite
 def drams(draw: st.DrawFn, period_ticks: int, line_bytes: int) -> DramSpec:
-    """One or two channels, one to four banks, the bits of the address in a random order above the line."""
+    """One or two channels, one to eight banks."""
     burst_bytes = draw(st.sampled_from([size for size in (8, 16, 32) if size <= line_bytes]))
-    burst_beats = draw(st.sampled_from([2, 4, 8]))
-    bits = {"channel": draw(small(1, 0)), "bank": draw(small(2, 0)), "row": draw(small(3, 0))}
-    shift = draw(st.sampled_from([3, 4, 5, 6, 7]))
-    fields = {}
-    for name in draw(st.permutations(sorted(bits))):
-        fields[name] = AddressField(shift, bits[name])
-        shift += bits[name]
+    clock_beats = draw(st.sampled_from([2, 2, 4]))
+    burst_beats = draw(st.sampled_from([beats for beats in (2, 4, 8) if beats >= clock_beats]))
+    fields = draw(address_fields())
+    num_groups = 1 << fields["group"].bits
+    bank_bits = fields["bank"].bits + fields["group"].bits
     return DramSpec(
-        num_channels=1 << bits["channel"],
-        num_banks=1 << bits["bank"],
+        num_channels=1 << fields["channel"].bits,
+        num_banks=1 << bank_bits,
+        num_groups=num_groups,
         period_ticks=period_ticks,
         burst_beats=burst_beats,
+        clock_beats=clock_beats,
         beat_bytes=burst_bytes // burst_beats,
         num_queue_entries=draw(small(4)),
-        scheduler=draw(st.sampled_from(Scheduler)),
         max_wait_clocks=draw(st.sampled_from([0, 5, 30, 1000])),
-        timing=draw(timings()),
+        page_policy=draw(st.sampled_from(PagePolicy)),
+        page_timeout_clocks=draw(st.sampled_from([1, 3, 20, 100])),
+        bank_hash=draw(st.sampled_from([0, bank_bits])),
+        timing=draw(timings(num_groups)),
+        **draw(queues()),
         **fields,
     )
 

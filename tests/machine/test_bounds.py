@@ -7,7 +7,7 @@ from hypothesis import HealthCheck, given, settings
 from archsim.machine import compiled
 from archsim.machine.spec import MachineSpec
 from archsim.model.cache.spec import DRAM_PARENT, CacheSpec
-from archsim.model.dram.spec import AddressField, DramSpec, DramTiming, Scheduler
+from archsim.model.dram.spec import AddressField, DramSpec, DramTiming, PagePolicy, Scheduler
 from archsim.trace.records import num_instructions
 from archsim.trace.stream import whole
 from tests.machine.build import CORE, MACHINE, both_models, load, work
@@ -23,10 +23,14 @@ GDDR3_700 = DramTiming(
     n_ras=18,
     n_rc=30,
     n_rrd=7,
+    n_rrd_l=7,
+    n_faw=0,
     n_ccd=4,
+    n_ccd_l=4,
     n_rtp=4,
     n_wr=8,
     n_wtr=5,
+    n_wtr_l=5,
     n_rtw=10,
     n_rfc=37,
     n_refi=0,
@@ -46,15 +50,25 @@ JOHNSON = MachineSpec(
     dram=DramSpec(
         num_channels=8,
         num_banks=4,
+        num_groups=1,
         period_ticks=12,
         burst_beats=8,
+        clock_beats=2,
         beat_bytes=4,
         num_queue_entries=16,
+        num_write_entries=0,
+        write_high=0,
+        write_low=0,
         scheduler=Scheduler.FR_FCFS,
         max_wait_clocks=1000,
+        page_policy=PagePolicy.OPEN,
+        page_timeout_clocks=0,
         channel=AddressField(shift=7, bits=3),
         bank=AddressField(shift=14, bits=2),
         row=AddressField(shift=16, bits=12),
+        group=AddressField(shift=0, bits=0),
+        line=AddressField(shift=10, bits=4),
+        bank_hash=0,
         timing=GDDR3_700,
     ),
 )

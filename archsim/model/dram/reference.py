@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 
 import simpy
 
 from archsim.model.cache.reference import Kind, Request
-from archsim.model.dram.spec import AddressField, DramSpec, Scheduler
+from archsim.model.dram.commands import Command
+from archsim.model.dram.reference_banks import Bank, Banks
+from archsim.model.dram.spec import AddressField, DramSpec, PagePolicy, Scheduler
 from archsim.model.reference import Phase, at, call
+
+Record = Callable[..., None]  # (clock, channel, command, bank, row, column, bursts)
 
 
 def field(address: int, bits: AddressField) -> int:
@@ -20,25 +24,29 @@ def divide_up(numerator: int, denominator: int) -> int:
     return -(-numerator // denominator)
 
 
-class Queued:
-    """A request in a channel's queue."""
+def bank_of(spec: DramSpec, address: int) -> int:
+    number = field(address, spec.bank) * spec.num_groups + field(address, spec.group)
+    return number ^ (field(address, spec.row) & ((1 << spec.bank_hash) - 1))
 
-    def __init__(self, request: Request, spec: DramSpec, now: int):
-        self.request = request
+
+class Queued:
+    """A request in a channel's queue, the `number`-th that came."""
+
+    def __init__(self, request: Request, spec: DramSpec, now: int, number: int):
+        self.request, self.number = request, number
         self.is_write = request.kind is Kind.WRITEBACK
-        self.bank = field(request.address, spec.bank)
+        self.bank = bank_of(spec, request.address)
         self.row = field(request.address, spec.row)
         self.num_bursts = request.num_bytes // (spec.burst_beats * spec.beat_bytes)
+        self.column = field(request.address, spec.line) * self.num_bursts
         self.arrival_clock = divide_up(now, spec.period_ticks)
         self.is_classified = False
 
-
-class Bank:
-    """One bank: the open row (None when closed) and the first memory clock of each command."""
-
-    def __init__(self) -> None:
-        self.open_row: int | None = None
-        self.read_ready = self.write_ready = self.pre_ready = self.act_ready = 0
+    def is_answered_by(self, write: Queued) -> bool:
+        """Whether a write that came before this read holds all of its data."""
+        ours, its = self.request, write.request
+        same = its.address == ours.address and its.num_bytes >= ours.num_bytes
+        return same and write.number < self.number
 
 
 class Channel:
@@ -49,144 +57,204 @@ class Channel:
     ):
         self.spec, self.env, self.index, self.supplier = spec, env, index, supplier
         self.core_period_ticks = core_period_ticks
-        self.queue: list[Queued] = []  # the oldest first
-        self.banks = [Bank() for _ in range(spec.num_banks)]
-        self.read_ready = self.write_ready = self.act_ready = 0
+        self.reads: list[Queued] = []  # the oldest first
+        self.writes = [] if spec.num_write_entries > 0 else self.reads  # without a queue of their own: one queue
+        self.is_draining = False  # whether writes are served
+        self.num_arrived = 0
+        self.banks = Banks(spec)
         self.burst_clocks: list[int] = []  # when the last column command needs the command bus
         self.next_refresh = spec.timing.n_refi
 
         self.counts: Counter[str] = Counter()
+        self.record: Record = lambda *command: None
 
     def arrive(self, request: Request) -> None:
         """`request` is here now."""
-        self.queue.append(Queued(request, self.spec, int(self.env.now)))
+        self.num_arrived += 1
+        queued = Queued(request, self.spec, int(self.env.now), self.num_arrived)
+        (self.writes if queued.is_write else self.reads).append(queued)
+
+    def has_room(self, is_write: bool) -> bool:
+        """Whether a request that came now would be among those that the scheduler sees."""
+        if is_write and self.spec.num_write_entries > 0:
+            return len(self.writes) < self.spec.num_write_entries
+        return len(self.reads) < self.spec.num_queue_entries
+
+    def is_quiet(self) -> bool:
+        """No request waits for its column command."""
+        return not self.reads and not self.writes
 
     def run(self) -> Generator[simpy.Event, None, None]:
         """The process: phase 3 of every memory edge."""
         clock = 0
         while True:
             yield at(self.env, clock * self.spec.period_ticks, Phase.COMMAND, self.index)
-            self._classify()
-            if clock in self.burst_clocks:
-                pass
-            elif self.spec.timing.n_refi > 0 and clock >= self.next_refresh:
-                self._refresh(clock)
+            if self.spec.scheduler == Scheduler.IDEAL:
+                self._serve_all(clock)
             else:
-                self._serve(clock)
+                self._play(clock)
             clock += 1
 
-    def _classify(self) -> None:
-        for queued in self.queue[: self.spec.num_queue_entries]:
+    def _play(self, m: int) -> None:
+        self._consider(m, self.reads, self.spec.num_queue_entries)
+        if self.spec.num_write_entries > 0:
+            self._consider(m, self.writes, self.spec.num_write_entries)
+            self._choose_direction()
+        if m in self.burst_clocks:
+            return
+        if self.spec.timing.n_refi > 0 and m >= self.next_refresh:
+            self._refresh(m)
+        else:
+            self._serve(m)
+
+    def _serve_all(self, m: int) -> None:
+        """IDEAL: whatever is here is served, as if its row were open."""
+        for queued in self.reads:
+            self.counts["row_hits"] += 1
+            self.counts["data_clocks"] += queued.num_bursts * self.spec.burst_clocks
+            self.counts["writes" if queued.is_write else "reads"] += 1
+            if not queued.is_write:
+                self._answer(m + self.spec.timing.n_cl, 0, queued.request)
+        self.reads.clear()
+
+    def _consider(self, m: int, queue: list[Queued], num_entries: int) -> None:
+        """Look for the first time at what is now among the `num_entries` oldest: forward or classify it."""
+        place = 0
+        while place < min(len(queue), num_entries):
+            queued = queue[place]
+            if not queued.is_classified and self._can_forward(queued):
+                queue.remove(queued)
+                self.counts["forwarded"] += 1
+                self._answer(m + 1, 0, queued.request)
+                continue
             if not queued.is_classified:
-                queued.is_classified = True
-                open_row = self.banks[queued.bank].open_row
-                if open_row is None:
-                    self.counts["row_misses"] += 1
-                elif open_row == queued.row:
-                    self.counts["row_hits"] += 1
-                else:
-                    self.counts["row_conflicts"] += 1
+                self._classify(queued)
+            place += 1
+
+    def _can_forward(self, queued: Queued) -> bool:
+        """Whether a write that waits in the write queue holds a read's data."""
+        if queued.is_write or self.spec.num_write_entries == 0:
+            return False
+        return any(queued.is_answered_by(write) for write in self.writes)
+
+    def _classify(self, queued: Queued) -> None:
+        queued.is_classified = True
+        open_row = self.banks[queued.bank].open_row
+        if open_row is None:
+            self.counts["row_misses"] += 1
+        elif open_row == queued.row:
+            self.counts["row_hits"] += 1
+        else:
+            self.counts["row_conflicts"] += 1
+
+    def _choose_direction(self) -> None:
+        """Serve writes from the high mark down to the low one, or while no read waits."""
+        num_writes = min(len(self.writes), self.spec.num_write_entries)
+        if not self.reads or not self.writes:
+            self.is_draining = bool(self.writes)
+        elif self.is_draining:
+            self.is_draining = num_writes > self.spec.write_low
+        else:
+            self.is_draining = num_writes >= self.spec.write_high
 
     def _refresh(self, m: int) -> None:
         """A refresh is due: close all banks, then REF, each as soon as it may be."""
-        timing = self.spec.timing
-        is_open = [bank for bank in self.banks if bank.open_row is not None]
-        if is_open:
-            if all(m >= bank.pre_ready for bank in is_open):
+        open_ones = self.banks.open_ones()
+        if open_ones:
+            if all(m >= bank.pre_ready for bank in open_ones):
                 self.counts["precharges"] += 1
-                for bank in is_open:
-                    _close(bank, m + timing.n_rp)
-        elif all(m >= bank.act_ready for bank in self.banks):
+                self.record(m, self.index, Command.PREA, 0, 0, 0, 0)
+                for bank in open_ones:
+                    self.banks.precharge(m, bank)
+        elif all(m >= bank.act_ready for bank in self.banks.banks):
             self.counts["refreshes"] += 1
-            self.next_refresh += timing.n_refi
-            for bank in self.banks:
-                bank.act_ready = max(bank.act_ready, m + timing.n_rfc)
+            self.next_refresh += self.spec.timing.n_refi
+            self.record(m, self.index, Command.REF, 0, 0, 0, 0)
+            self.banks.refresh(m)
 
     def _serve(self, m: int) -> None:
         """A column command for the oldest that can have one, else a row command for the oldest that can."""
         considered = self._considered(m)
         for queued in considered:
-            if self._column_allowed(m, queued):
-                self.queue.remove(queued)
+            if self._can_have_column(m, queued):
                 self._column(m, queued)
                 return
         for place, queued in enumerate(considered):
             is_oldest_of_bank = all(older.bank != queued.bank for older in considered[:place])
             if is_oldest_of_bank and self._row_command(m, queued, considered):
                 return
+        self._close_unwanted(m, considered)
 
     def _considered(self, m: int) -> list[Queued]:
-        window = self.queue[: self.spec.num_queue_entries]
+        if self.is_draining:
+            window = self.writes[: self.spec.num_write_entries]
+        else:
+            window = self.reads[: self.spec.num_queue_entries]
         if self.spec.scheduler == Scheduler.FCFS:
             return window[:1]
-        if window and m - window[0].arrival_clock > self.spec.max_wait_clocks:
+        if window and not self.is_draining and m - window[0].arrival_clock > self.spec.max_wait_clocks:
             return window[:1]
         return window
 
-    def _column_allowed(self, m: int, queued: Queued) -> bool:
+    def _can_have_column(self, m: int, queued: Queued) -> bool:
         bank = self.banks[queued.bank]
         if bank.open_row != queued.row:
             return False
-        if queued.is_write:
-            return m >= bank.write_ready and m >= self.write_ready
-        return m >= bank.read_ready and m >= self.read_ready
+        return self.banks.can_write(m, bank) if queued.is_write else self.banks.can_read(m, bank)
 
     def _row_command(self, m: int, queued: Queued, considered: list[Queued]) -> bool:
         """ACT or PRE for `queued` if it needs one that is allowed; True when one was issued."""
         bank = self.banks[queued.bank]
         if bank.open_row is None:
-            if m >= bank.act_ready and m >= self.act_ready:
-                self._activate(m, bank, queued.row)
+            if self.banks.can_activate(m, bank):
+                self.counts["activates"] += 1
+                self.record(m, self.index, Command.ACT, bank.number, queued.row, 0, 0)
+                self.banks.activate(m, bank, queued.row)
                 return True
-        elif bank.open_row != queued.row:
-            is_wanted = any(other.bank == queued.bank and other.row == bank.open_row for other in considered)
-            if m >= bank.pre_ready and not is_wanted:
-                self.counts["precharges"] += 1
-                _close(bank, m + self.spec.timing.n_rp)
-                return True
+        elif m >= bank.pre_ready and not _is_wanted(bank, considered):
+            self._precharge(m, bank)
+            return True
         return False
 
-    def _activate(self, m: int, bank: Bank, row: int) -> None:
-        timing = self.spec.timing
-        self.counts["activates"] += 1
-        bank.open_row = row
-        bank.read_ready = max(bank.read_ready, m + timing.n_rcd_read)
-        bank.write_ready = max(bank.write_ready, m + timing.n_rcd_write)
-        bank.pre_ready = max(bank.pre_ready, m + timing.n_ras)
-        bank.act_ready = max(bank.act_ready, m + timing.n_rc)
-        self.act_ready = max(self.act_ready, m + timing.n_rrd)
+    def _close_unwanted(self, m: int, considered: list[Queued]) -> None:
+        """The page policy: PRE of the first bank whose row nobody considered wants, once it is time."""
+        spec = self.spec
+        if spec.page_policy == PagePolicy.OPEN:
+            return
+        idle_clocks = spec.page_timeout_clocks if spec.page_policy == PagePolicy.TIMEOUT else 0
+        for bank in self.banks.open_ones():
+            is_time = m >= bank.pre_ready and m >= bank.last_use + idle_clocks
+            if is_time and not _is_wanted(bank, considered):
+                self._precharge(m, bank)
+                return
+
+    def _precharge(self, m: int, bank: Bank) -> None:
+        self.counts["precharges"] += 1
+        self.record(m, self.index, Command.PRE, bank.number, bank.open_row, 0, 0)
+        self.banks.precharge(m, bank)
 
     def _column(self, m: int, queued: Queued) -> None:
-        """RD or WR of all bursts of a line, the first at `m`."""
-        n_ccd = self.spec.timing.n_ccd
-        self.burst_clocks = [m + burst * n_ccd for burst in range(queued.num_bursts)]
-        self.counts["data_clocks"] += queued.num_bursts * self.spec.burst_beats // 2
-        next_column = m + queued.num_bursts * n_ccd
+        """RD or WR of all bursts of a line, the first at `m`; the request leaves its queue."""
+        spec, bank, bursts = self.spec, self.banks[queued.bank], queued.num_bursts
+        self.burst_clocks = [m + burst * spec.timing.n_ccd_l for burst in range(bursts)]
+        last = self.burst_clocks[-1]
+        self.counts["data_clocks"] += bursts * spec.burst_clocks
+        command = Command.WR if queued.is_write else Command.RD
+        self.record(m, self.index, command, bank.number, queued.row, queued.column, bursts)
         if queued.is_write:
-            self._write(self.burst_clocks[-1], next_column, self.banks[queued.bank])
+            self.writes.remove(queued)
+            self.counts["writes"] += 1
+            self.banks.write(last, bank)
         else:
-            self._read(self.burst_clocks[-1], next_column, self.banks[queued.bank])
-            self._answer(self.burst_clocks[-1], queued.request)
+            self.reads.remove(queued)
+            self.counts["reads"] += 1
+            self.banks.read(last, bank)
+            self._answer(last + spec.timing.n_cl, spec.burst_beats - 1, queued.request)
 
-    def _read(self, last: int, next_column: int, bank: Bank) -> None:
-        timing = self.spec.timing
-        self.counts["reads"] += 1
-        self.read_ready = max(self.read_ready, next_column)
-        self.write_ready = max(self.write_ready, last + timing.n_rtw)
-        bank.pre_ready = max(bank.pre_ready, last + timing.n_rtp)
-
-    def _write(self, last: int, next_column: int, bank: Bank) -> None:
-        timing = self.spec.timing
-        self.counts["writes"] += 1
-        written = last + timing.n_wl + self.spec.burst_beats // 2
-        self.write_ready = max(self.write_ready, next_column)
-        self.read_ready = max(self.read_ready, written + timing.n_wtr)
-        bank.pre_ready = max(bank.pre_ready, written + timing.n_wr)
-
-    def _answer(self, last: int, request: Request) -> None:
-        """The fill at the first core edge at or after the last beat, which may fall between two ticks."""
-        half_clocks = 2 * (last + self.spec.timing.n_cl) + self.spec.burst_beats - 1
-        edge = divide_up(half_clocks * self.spec.period_ticks, 2 * self.core_period_ticks)
+    def _answer(self, clock: int, beats: int, request: Request) -> None:
+        """The fill at the first core edge at or after `beats` beats from `clock`, which may fall between two ticks."""
+        data_beats = clock * self.spec.clock_beats + beats
+        edge = divide_up(data_beats * self.spec.period_ticks, self.spec.clock_beats * self.core_period_ticks)
         tick = edge * self.core_period_ticks
         assert request.answer is not None
         call(at(self.env, tick, Phase.FILL), request.answer, tick, self.supplier)
@@ -201,14 +269,17 @@ class Dram:
             Channel(spec, env, index, supplier, core_period_ticks) for index in range(spec.num_channels)
         ]
 
+    def channel_of(self, address: int) -> Channel:
+        return self.channels[field(address, self.spec.channel)]
+
     def arrive(self, request: Request) -> None:
-        self.channels[field(request.address, self.spec.channel)].arrive(request)
+        self.channel_of(request.address).arrive(request)
 
     def is_quiet(self) -> bool:
         """No request waits for its column command."""
-        return not any(channel.queue for channel in self.channels)
+        return all(channel.is_quiet() for channel in self.channels)
 
 
-def _close(bank: Bank, act_ready: int) -> None:
-    bank.open_row = None
-    bank.act_ready = max(bank.act_ready, act_ready)
+def _is_wanted(bank: Bank, considered: list[Queued]) -> bool:
+    """Whether a considered request wants the bank's open row."""
+    return any(other.bank == bank.number and other.row == bank.open_row for other in considered)

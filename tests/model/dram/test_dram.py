@@ -32,7 +32,8 @@ ONE_LINE = CACHE._replace(num_sets=1, num_ways=1)  # a STORE is written back by 
 
 def timed(num_threads=1, cache=CACHE, dram=DRAM, **timing):
     spec = machine(num_threads=num_threads, caches=(cache,))
-    return spec._replace(dram=dram._replace(timing=TIMING._replace(**timing)))
+    within = {f"{name}_l": timing[name] for name in ("n_rrd", "n_ccd", "n_wtr") if name in timing}
+    return spec._replace(dram=dram._replace(timing=TIMING._replace(**{**within, **timing})))
 
 
 IN_ORDER = DRAM._replace(scheduler=Scheduler.FCFS)

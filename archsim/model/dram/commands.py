@@ -1,0 +1,22 @@
+"""The commands of a channel, as a simulation records them."""
+
+from enum import IntEnum
+
+import numpy as np
+
+
+class Command(IntEnum):
+    """What a channel tells its banks."""
+
+    ACT = 0  # open a row
+    PRE = 1  # close the row of a bank
+    PREA = 2  # close the rows of all banks
+    RD = 3
+    WR = 4
+    REF = 5  # of all banks
+
+
+# One command. Of RD and WR, `bursts` go out `n_ccd_l` apart; PREA and REF have bank, row and column 0.
+COMMAND = np.dtype(
+    [(name, np.int64) for name in ("clock", "channel", "command", "bank", "row", "column", "bursts")]
+)

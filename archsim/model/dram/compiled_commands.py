@@ -1,0 +1,185 @@
+"""What the commands of the compiled DRAM set: bounds, which only rise; lists of hits; counters; the record."""
+
+from __future__ import annotations
+
+from archsim.model.compiled import inlined_step, step
+from archsim.model.dram.commands import Command
+from archsim.model.dram.compiled_state import CLOSED, NO_REQUESTER, NOBODY, WRITES
+
+_ACT, _PRE, _PREA = int(Command.ACT), int(Command.PRE), int(Command.PREA)
+_RD, _WR, _REF = int(Command.RD), int(Command.WR), int(Command.REF)
+
+
+@inlined_step
+def field_of(address, field):
+    """The bit field of an address."""
+    return (address >> field.shift) & ((1 << field.bits) - 1)
+
+
+@inlined_step
+def raise_to(bounds, name, clock):
+    """A bound that is a running maximum."""
+    bounds[name] = max(bounds[name], clock)
+
+
+@step
+def activate(spec, state, clock, number, bank_number, row):
+    """ACT in `clock`."""
+    timing, channel, bank = spec.timing, state.channels[number], state.banks[number, bank_number]
+    channel["activates"] += 1
+    bank["open_row"], bank["last_use"] = row, clock
+    raise_to(bank, "read", clock + timing.n_rcd_read)
+    raise_to(bank, "write", clock + timing.n_rcd_write)
+    raise_to(bank, "pre", clock + timing.n_ras)
+    raise_to(bank, "act", clock + timing.n_rc)
+    raise_to(channel, "act", clock + timing.n_rrd)
+    if spec.num_groups > 1:
+        for other in range(bank_number % spec.num_groups, spec.num_banks, spec.num_groups):
+            raise_to(state.banks[number, other], "act", clock + timing.n_rrd_l)
+    if timing.n_faw > 0:
+        raise_to(channel, "act", _first_of_window(state.activates[number], clock) + timing.n_faw)
+
+    for kind in range(2):
+        requests = state.lists[number, bank_number, kind]
+        requests["hit"] = next_hit(state, number, requests["first"], row)
+    log(state, clock, number, _ACT, bank_number, row, 0, 0)
+
+
+@inlined_step
+def _first_of_window(activates, clock):
+    """Note an ACT in `clock`; returns the clock of the first of the last four."""
+    for i in range(len(activates) - 1):
+        activates[i] = activates[i + 1]
+    activates[len(activates) - 1] = clock
+    return activates[0]
+
+
+@inlined_step
+def next_hit(state, number, slot, row):
+    """The first request from `slot` on in its list that wants the row."""
+    while slot != NOBODY and state.waiting[number, slot]["row"] != row:
+        slot = state.waiting[number, slot]["next"]
+    return slot
+
+
+@step
+def precharge(spec, state, clock, number, bank_number):
+    """PRE in `clock`."""
+    row = state.banks[number, bank_number]["open_row"]
+    state.channels[number]["precharges"] += 1
+    _close(spec, state, clock, number, bank_number)
+    log(state, clock, number, _PRE, bank_number, row, 0, 0)
+
+
+@inlined_step
+def _close(spec, state, clock, number, bank_number):
+    """Close a bank in `clock`: nobody's row is open then."""
+    bank = state.banks[number, bank_number]
+    bank["open_row"] = CLOSED
+    raise_to(bank, "act", clock + spec.timing.n_rp)
+    state.lists[number, bank_number, 0]["hit"] = NOBODY
+    state.lists[number, bank_number, 1]["hit"] = NOBODY
+
+
+@step
+def refresh_due(state, number):
+    """The clock in which the next step of a refresh may be done: PRE of all open banks, or REF."""
+    is_open, pre_due, act_due = False, 0, 0
+    for bank_number in range(state.banks.shape[1]):
+        bank = state.banks[number, bank_number]
+        act_due = max(act_due, bank["act"])
+        if bank["open_row"] != CLOSED:
+            is_open = True
+            pre_due = max(pre_due, bank["pre"])
+    return pre_due if is_open else act_due
+
+
+@step
+def refresh(spec, state, clock, number):
+    """The next step of a refresh: PRE of all open banks in `clock`, or REF if there are none."""
+    channel, is_open = state.channels[number], False
+    for bank_number in range(spec.num_banks):
+        if state.banks[number, bank_number]["open_row"] != CLOSED:
+            is_open = True
+            _close(spec, state, clock, number, bank_number)
+    if is_open:
+        channel["precharges"] += 1
+        log(state, clock, number, _PREA, 0, 0, 0, 0)
+        return
+
+    channel["refreshes"] += 1
+    channel["next_refresh"] += spec.timing.n_refi
+    for bank_number in range(spec.num_banks):
+        raise_to(state.banks[number, bank_number], "act", clock + spec.timing.n_rfc)
+    log(state, clock, number, _REF, 0, 0, 0, 0)
+
+
+@step
+def column(spec, state, clock, number, slot):
+    """RD or WR of all bursts of the request from `clock` on; it leaves its window. Returns a read's requester."""
+    timing, channel, request = spec.timing, state.channels[number], state.waiting[number, slot]
+    bank, is_write, bursts = state.banks[number, request["bank"]], request["is_write"], request["bursts"]
+    last = clock + (bursts - 1) * timing.n_ccd_l
+    channel["last_burst"] = bank["last_use"] = last
+    channel["data_clocks"] += bursts * (spec.burst_beats // spec.clock_beats)
+    raise_to(channel, "read", last + timing.n_ccd)
+    raise_to(channel, "write", last + timing.n_ccd)
+    read_in_group = last + timing.n_ccd_l
+    if is_write != 0:
+        written = last + timing.n_wl + spec.burst_beats // spec.clock_beats
+        channel["writes"] += 1
+        raise_to(channel, "read", written + timing.n_wtr)
+        raise_to(bank, "pre", written + timing.n_wr)
+        read_in_group = max(read_in_group, written + timing.n_wtr_l)
+    else:
+        channel["reads"] += 1
+        channel["data_beats"] = (last + timing.n_cl) * spec.clock_beats + spec.burst_beats - 1
+        raise_to(channel, "write", last + timing.n_rtw)
+        raise_to(bank, "pre", last + timing.n_rtp)
+    if spec.num_groups > 1:
+        for other in range(request["bank"] % spec.num_groups, spec.num_banks, spec.num_groups):
+            raise_to(state.banks[number, other], "read", read_in_group)
+            raise_to(state.banks[number, other], "write", last + timing.n_ccd_l)
+
+    if len(state.log) > 0:
+        column_number = field_of(request["address"], spec.line) * bursts
+        command = _WR if is_write != 0 else _RD
+        log(state, clock, number, command, request["bank"], request["row"], column_number, bursts)
+    _leave(spec, state, number, slot)
+    return NO_REQUESTER if is_write != 0 else request["requester"]
+
+
+@inlined_step
+def _leave(spec, state, number, slot):
+    """Take the request, which wants the open row, out of its list and window."""
+    channel, request = state.channels[number], state.waiting[number, slot]
+    requests = state.lists[number, request["bank"], request["is_write"]]
+    requests["hit"] = next_hit(state, number, request["next"], request["row"])
+    before = NOBODY
+    if requests["first"] == slot:
+        requests["first"] = request["next"]
+    else:
+        before = requests["first"]
+        while state.waiting[number, before]["next"] != slot:
+            before = state.waiting[number, before]["next"]
+        state.waiting[number, before]["next"] = request["next"]
+    if requests["last"] == slot:
+        requests["last"] = before
+
+    request["next"] = channel["free"]
+    channel["free"] = slot
+    if request["is_write"] == WRITES and spec.num_write_entries > 0:
+        channel["num_writes"] -= 1
+    else:
+        channel["num_reads"] -= 1
+
+
+@inlined_step
+def log(state, clock, number, command, bank_number, row, column_number, bursts):
+    """Record a command if commands are recorded."""
+    if len(state.log) == 0:
+        return
+    entry = state.log[state.log_size[0]]
+    entry["clock"], entry["channel"], entry["command"] = clock, number, command
+    entry["bank"], entry["row"], entry["column"], entry["bursts"] = bank_number, row, column_number, bursts
+    state.log_size[0] += 1

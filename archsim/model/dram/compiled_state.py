@@ -1,0 +1,127 @@
+"""The state of the compiled DRAM: queues, banks, channels, and what each channel will do next."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from archsim.model.compiled import NEVER, QueueState, new_queues, record
+from archsim.model.dram.commands import COMMAND
+from archsim.model.dram.spec import DramSpec
+
+CLOSED = -1  # no row is open
+NOBODY = 0  # the slot of no request
+NO_REQUESTER = 0  # fetches have numbers below 0
+READS, WRITES = 0, 1  # kinds of requests; without a write queue, both wait in the first window
+
+# What a channel does next.
+PLAN_AGAIN, COLUMN, ROW, CLOSE, REFRESH = range(5)
+
+ACTIVATES_OF_WINDOW = 4  # n_faw: the window holds four ACT
+LONG_AGO = -(1 << 40)  # of an ACT that there has not been
+
+DRAM_COUNTERS = (
+    "reads",
+    "writes",
+    "forwarded",
+    "row_hits",
+    "row_misses",
+    "row_conflicts",
+    "activates",
+    "precharges",
+    "refreshes",
+    "data_clocks",
+)
+_BANK_FIELDS = (
+    "open_row",  # row in the row buffer, or CLOSED
+    "read",  # earliest RD
+    "write",  # earliest WR
+    "act",  # earliest ACT
+    "pre",  # earliest PRE
+    "last_use",  # clock of the last ACT or column command
+)
+_CHANNEL_FIELDS = (
+    "read",  # earliest RD
+    "write",  # earliest WR
+    "act",  # earliest ACT
+    "last_burst",  # column command of the last request's last burst
+    "next_refresh",  # when a REF is due
+    "data_beats",  # beats of time until the data of the read answered last is here
+    "last_wake",  # clock at which the channel was last woken
+    "is_draining",  # whether writes are served, if they have a queue of their own
+    "sent",  # requests sent to the channel
+    "entered",  # requests that entered a window
+    "plan_due",  # when the plan is carried out
+    "patience_ends",  # until this clock no request has waited for too long
+)
+_QUEUED_FIELDS = (
+    "arrival",  # tick
+    "rank",  # cache that sent the request
+    "order",  # number of the request among those sent
+    "clock",  # first at or after the arrival
+    "address",
+    "requester",
+)
+QUEUED = record(*_QUEUED_FIELDS, indices=("bursts", "is_write"))
+WAITING = record(*_QUEUED_FIELDS, "row", "number", indices=("bursts", "is_write", "bank", "next"))
+LIST = record(indices=("first", "last", "hit"))  # slots; `hit`: the first that wants the open row
+BANK = record(*_BANK_FIELDS)
+CHANNEL = record(
+    *_CHANNEL_FIELDS,
+    *DRAM_COUNTERS,
+    indices=(
+        "free",  # first slot that no request uses
+        "num_reads",  # requests in the first window
+        "num_writes",  # requests in the window of the write queue
+        "plan",  # COLUMN, ROW ...
+        "plan_bank",
+        "plan_slot",  # request that it is for
+    ),
+)
+
+
+class DramState(NamedTuple):
+    """H channels, B banks. Times are memory clocks unless said otherwise.
+
+    A request is sent, perhaps before it arrives, to a ring (`queue`); the oldest of them enter a window (`waiting`),
+    where each is in the list of its bank and kind, the oldest first.
+    """
+
+    queue: QueueState  # QUEUED [2 H] sent: to the first window of each channel, then to its write queue
+    waiting: np.ndarray  # WAITING [H, 1 + window entries] slots, the first unused
+    lists: np.ndarray  # LIST [H, B, 2] waiting READS and WRITES of a bank
+    banks: np.ndarray  # BANK [H, B]
+    activates: np.ndarray  # [H, 4] clocks of the last four ACT, the oldest first
+    channels: np.ndarray  # CHANNEL [H]
+    due: np.ndarray  # [H] next clock at which the channel must be woken
+    next_due: np.ndarray  # [2] the first of them and its channel
+    log: np.ndarray  # COMMAND [L] commands recorded; L = 0: none are
+    log_size: np.ndarray  # [1] number of them
+
+
+def new_dram(spec: DramSpec, queue_capacity: int, log_capacity: int = 0) -> DramState:
+    """All banks closed, all queues empty."""
+    refresh = spec.timing.n_refi if spec.timing.n_refi > 0 else NEVER
+    num_slots = 1 + spec.num_queue_entries + spec.num_write_entries
+    waiting = np.zeros((spec.num_channels, num_slots), WAITING)
+    waiting["next"][:, 1:-1] = np.arange(2, num_slots)
+    banks = np.zeros((spec.num_channels, spec.num_banks), BANK)
+    banks["open_row"] = CLOSED
+    channels = np.zeros(spec.num_channels, CHANNEL)
+    channels["last_burst"] = channels["last_wake"] = -1
+    channels["next_refresh"] = refresh
+    channels["free"] = 1
+    channels["plan"], channels["plan_due"] = PLAN_AGAIN, refresh
+    return DramState(
+        queue=new_queues(2 * spec.num_channels, queue_capacity, QUEUED),
+        waiting=waiting,
+        lists=np.zeros((spec.num_channels, spec.num_banks, 2), LIST),
+        banks=banks,
+        activates=np.full((spec.num_channels, ACTIVATES_OF_WINDOW), LONG_AGO, np.int64),
+        channels=channels,
+        due=np.full(spec.num_channels, refresh),
+        next_due=np.array([refresh, 0], np.int64),
+        log=np.zeros(log_capacity, COMMAND),
+        log_size=np.zeros(1, np.int64),
+    )

@@ -1,0 +1,98 @@
+"""The banks of a channel, to be believed: what is open, what each command sets, and what may issue when.
+
+Every bound is a running maximum: a later command never lowers it.
+"""
+
+from __future__ import annotations
+
+from archsim.model.dram.spec import DramSpec
+
+ACTIVATES_OF_WINDOW = 4  # n_faw: the window holds four ACT
+
+
+class Bank:
+    """One bank: the open row (None when closed) and the first memory clock of each command."""
+
+    def __init__(self, number: int) -> None:
+        self.number = number
+        self.open_row: int | None = None
+        self.read_ready = self.write_ready = self.pre_ready = self.act_ready = 0
+        self.last_use = 0  # clock of the last ACT or column command
+
+
+class Banks:
+    """The banks of one channel with the bounds that they share."""
+
+    def __init__(self, spec: DramSpec):
+        self.spec, self.timing = spec, spec.timing
+        self.banks = [Bank(number) for number in range(spec.num_banks)]
+        self.read_ready = self.write_ready = self.act_ready = 0
+        self.activates: list[int] = []  # clocks of all ACT of the last window
+
+    def __getitem__(self, number: int) -> Bank:
+        return self.banks[number]
+
+    def open_ones(self) -> list[Bank]:
+        return [bank for bank in self.banks if bank.open_row is not None]
+
+    def can_activate(self, m: int, bank: Bank) -> bool:
+        return m >= bank.act_ready and m >= self.act_ready
+
+    def can_read(self, m: int, bank: Bank) -> bool:
+        return m >= bank.read_ready and m >= self.read_ready
+
+    def can_write(self, m: int, bank: Bank) -> bool:
+        return m >= bank.write_ready and m >= self.write_ready
+
+    def activate(self, m: int, bank: Bank, row: int) -> None:
+        timing = self.timing
+        bank.open_row, bank.last_use = row, m
+        bank.read_ready = max(bank.read_ready, m + timing.n_rcd_read)
+        bank.write_ready = max(bank.write_ready, m + timing.n_rcd_write)
+        bank.pre_ready = max(bank.pre_ready, m + timing.n_ras)
+        bank.act_ready = max(bank.act_ready, m + timing.n_rc)
+        for other in self._group_of(bank):
+            other.act_ready = max(other.act_ready, m + timing.n_rrd_l)
+        self.act_ready = max(self.act_ready, m + timing.n_rrd)
+        self.activates = [*self.activates, m][-ACTIVATES_OF_WINDOW:]
+        if timing.n_faw > 0 and len(self.activates) == ACTIVATES_OF_WINDOW:
+            self.act_ready = max(self.act_ready, self.activates[0] + timing.n_faw)
+
+    def precharge(self, m: int, bank: Bank) -> None:
+        bank.open_row = None
+        bank.act_ready = max(bank.act_ready, m + self.timing.n_rp)
+
+    def refresh(self, m: int) -> None:
+        for bank in self.banks:
+            bank.act_ready = max(bank.act_ready, m + self.timing.n_rfc)
+
+    def read(self, last: int, bank: Bank) -> None:
+        """The RD of all bursts of a request, the last one in clock `last`."""
+        timing = self.timing
+        self._next_columns(last, bank)
+        self.write_ready = max(self.write_ready, last + timing.n_rtw)
+        bank.pre_ready = max(bank.pre_ready, last + timing.n_rtp)
+
+    def write(self, last: int, bank: Bank) -> None:
+        """The WR of all bursts of a request, the last one in clock `last`."""
+        timing = self.timing
+        written = last + timing.n_wl + self.spec.burst_clocks
+        self._next_columns(last, bank)
+        self.read_ready = max(self.read_ready, written + timing.n_wtr)
+        for other in self._group_of(bank):
+            other.read_ready = max(other.read_ready, written + timing.n_wtr_l)
+        bank.pre_ready = max(bank.pre_ready, written + timing.n_wr)
+
+    def _next_columns(self, last: int, bank: Bank) -> None:
+        """What any column command in `last` means for the next one."""
+        bank.last_use = last
+        self.read_ready = max(self.read_ready, last + self.timing.n_ccd)
+        self.write_ready = max(self.write_ready, last + self.timing.n_ccd)
+        for other in self._group_of(bank):
+            other.read_ready = max(other.read_ready, last + self.timing.n_ccd_l)
+            other.write_ready = max(other.write_ready, last + self.timing.n_ccd_l)
+
+    def _group_of(self, bank: Bank) -> list[Bank]:
+        """The banks of the same group, itself included; nobody where there are no groups."""
+        groups = self.spec.num_groups
+        return [b for b in self.banks if b.number % groups == bank.number % groups] if groups > 1 else []
