@@ -111,7 +111,7 @@ class DramConfig(Section):
             "bank": self.banks // self.bank_groups,
             "row": self.rows,
         }
-        fields, shift = {GROUP: (0, 0)}, 0
+        fields, shift = {}, 0
         for name in reversed(self.address_map.split(":")):
             bits = sizes[name].bit_length() - 1
             fields[name] = (shift, bits)

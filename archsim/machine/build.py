@@ -103,14 +103,16 @@ def _cache(config: CacheConfig, parent: int) -> CacheSpec:
 
 def dram_component(machine: MachineConfig, name: str) -> DramConfig | IdealDramConfig:
     """The DRAM of that name; the machine has been checked."""
-    return {**machine.all_of(DramConfig), **machine.all_of(IdealDramConfig)}[name]
+    ideal = machine.all_of(IdealDramConfig)
+    return ideal[name] if name in ideal else machine.all_of(DramConfig)[name]
 
 
 def dram_spec(config: DramConfig | IdealDramConfig, line_bytes: int, period_ticks: int) -> DramSpec:
     """The DRAM for requests of `line_bytes`."""
     if isinstance(config, IdealDramConfig):
         return _ideal_dram(config, line_bytes, period_ticks)
-    fields = {name: AddressField(*place) for name, place in config.address_fields(line_bytes).items()}
+    fields = {"group": AddressField(0, 0)}
+    fields |= {name: AddressField(*place) for name, place in config.address_fields(line_bytes).items()}
     writes = config.write_queue
     return DramSpec(
         num_channels=config.channels,

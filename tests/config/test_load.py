@@ -89,7 +89,7 @@ _OVERRIDES = st.fixed_dictionaries(
         "machine.clocks.core": st.integers(1, 4000).map(lambda megahertz: f"{megahertz} MHz"),
         "machine.components.l2.size": _SIZES.map(lambda sets: sets * 128),
         "machine.components.l2.hit_cycles": st.integers(1, 10**6),
-        "machine.components.dram.timing.n_cl": st.integers(1, 10**6),
+        "machine.components.dram.timing.n_wr": st.integers(1, 10**6),
     },
 )
 

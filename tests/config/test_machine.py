@@ -50,8 +50,8 @@ def test_address_fields_start_at_the_lowest_bits():
         (C + "builder.locks=lock", "no locks is named 'lock'; did you mean 'locks'?"),
         (C + "builder.clock=cor", "no clock is named 'cor'; did you mean 'core'?"),
         (C + "builder.tasks=interleave", "no fifo is named 'interleave'; did you mean 'interleaved'?"),
-        (C + "l2.next=drum", "no cache or dram is named 'drum'; did you mean 'dram'?"),
-        (C + "l2.next=locks", "must name a cache or dram; 'locks' is a locks; "),
+        (C + "l2.next=drum", "no cache or dram or ideal_dram is named 'drum'; did you mean 'dram'?"),
+        (C + "l2.next=locks", "must name a cache or dram or ideal_dram; 'locks' is a locks; "),
         (C + "rasterizer.output=l2", "must name a fifo; 'l2' is a cache; there are: fragments"),
         ("roles.izb_build=locks", "must name a core; 'locks' is a locks; there are: builder, shader"),
         ("roles.izb_build=shader", "'shader' has no locks; the build phase needs them"),
@@ -77,7 +77,7 @@ def test_address_fields_start_at_the_lowest_bits():
         (C + "dram.banks=6", "must be a power of two, not 6"),
         (C + "dram.rows=1000", "must be a power of two, not 1000"),
         (C + "dram.rows=0", "must be at least 1, not 0"),
-        (C + "dram.data_rate=1", "must be 2, not 1"),
+        (C + "dram.data_rate=1", "must be 2 or 4, not 1"),
         (
             C + "dram.address_map=row:bank:column:offset",
             "must hold row, bank, line, channel, offset once each, with ':' between, not 'row:bank:column:offset'",
@@ -140,7 +140,7 @@ def test_lines_must_fit_bursts_and_rows_and_each_other(write, problems):
         components:
           builder_l1: {next: dram, line: 32 B}
           l2: {line: 64 B}
-          dram: {burst_beats: 32, row_bytes: 32 B, timing: {n_ccd: 16}}
+          dram: {burst_beats: 32, row_bytes: 32 B, timing: {n_ccd: 16, n_rtw: 17}}
         """,
     )
     assert problems(load_machine, "machine.yaml") == [

@@ -6,8 +6,6 @@ it may issue first; the earliest is planned, and of several the one with the sma
 
 from __future__ import annotations
 
-import numpy as np
-
 from archsim.model.compiled import NEVER, inlined_step, step
 from archsim.model.dram.compiled_commands import refresh_due
 from archsim.model.dram.compiled_state import (
@@ -164,11 +162,11 @@ def _of_all(state, clock, number, first_kind, end_kind):
                     key = state.waiting[number, slot]["number"]
                     if due < best_due or key < best_key:
                         best_due, best_key, command = due, key, COLUMN
-                        best_bank, best_slot = bank_number, np.int64(slot)
+                        best_bank, best_slot = bank_number, int(slot)
             elif requests["first"] != NOBODY:
                 key = _ROW_KEY + state.waiting[number, requests["first"]]["number"]
                 if key < oldest_key:
-                    oldest, oldest_key = np.int64(requests["first"]), key
+                    oldest, oldest_key = int(requests["first"]), key
         if oldest != NOBODY and not is_wanted:
             due = max(clock, _row_due(channel, bank))
             if due < best_due or (due == best_due and oldest_key < best_key):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from archsim.model.compiled import NEVER, drop_oldest, inlined_step, num_items, oldest, slot_of, step
 from archsim.model.dram.compiled_commands import field_of
-from archsim.model.dram.compiled_state import CLOSED, NO_REQUESTER, NOBODY, READS, WRITES
+from archsim.model.dram.compiled_state import CLOSED, NO_REQUESTER, NOBODY, WRITES
 
 
 @inlined_step

@@ -58,7 +58,9 @@ class Channel:
         self.spec, self.env, self.index, self.supplier = spec, env, index, supplier
         self.core_period_ticks = core_period_ticks
         self.reads: list[Queued] = []  # the oldest first
-        self.writes = [] if spec.num_write_entries > 0 else self.reads  # without a queue of their own: one queue
+        self.writes = (
+            [] if spec.num_write_entries > 0 else self.reads
+        )  # without a queue of their own: one queue
         self.is_draining = False  # whether writes are served
         self.num_arrived = 0
         self.banks = Banks(spec)
