@@ -1,6 +1,7 @@
 """Closed forms: the unloaded latency of a machine of 2004, and bandwidth that never passes the peak."""
 
-import numpy as np
+from fractions import Fraction
+
 import pytest
 from hypothesis import HealthCheck, given, settings
 
@@ -128,14 +129,13 @@ def test_no_core_issues_more_than_an_instruction_a_cycle(spec, drawn):
 @settings(max_examples=40, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
 @given(machines(), many_tasks())
 def test_no_fetch_is_faster_than_an_open_row(spec, drawn):
-    """All bursts of a line, the read latency, and the beats of the last burst."""
-    counters = compiled.simulate(spec, whole(drawn))
+    """All bursts of a line, the read latency, and the beats of the last burst; a write that waits may be faster."""
+    counters, dram = compiled.simulate(spec, whole(drawn)), spec.dram
 
-    last = spec.caches[-1]
-    bursts = last.line_bytes // (spec.dram.burst_beats * spec.dram.beat_bytes)
-    half_clocks = (
-        2 * ((bursts - 1) * spec.dram.timing.n_ccd + spec.dram.timing.n_cl) + spec.dram.burst_beats - 1
-    )
+    clocks = Fraction(dram.timing.n_cl)
+    if dram.scheduler != Scheduler.IDEAL:
+        bursts = spec.caches[-1].line_bytes // (dram.burst_beats * dram.beat_bytes)
+        clocks += (bursts - 1) * dram.timing.n_ccd_l + Fraction(dram.burst_beats - 1, dram.clock_beats)
     below = [index for index, cache in enumerate(spec.caches) if cache.parent == DRAM_PARENT]
-    fastest = counters.cache_fetches[below] * half_clocks * spec.dram.period_ticks / 2
-    assert np.all(counters.cache_fetch_ticks[below] >= fastest)
+    served = int(counters.cache_fetches[below].sum()) - int(counters.dram_forwarded.sum())
+    assert counters.cache_fetch_ticks[below].sum() >= served * clocks * dram.period_ticks
