@@ -15,7 +15,8 @@ from archsim.machine.build import PhaseMachine, phase_machine
 from archsim.machine.compiled import simulate
 from archsim.machine.entry import path_from
 from archsim.model.cache.functional import new_chain, replay
-from archsim.run.izb_work import prepare_scene
+from archsim.run.izb_subject import subject_of
+from archsim.run.izb_work import prepare
 from archsim.run.progress import Progress, silent
 from archsim.trace.records import Op, Tasks, num_instructions
 from archsim.trace.stream import Work
@@ -54,7 +55,7 @@ def measure(overrides: tuple[str, ...] = OVERRIDES, progress: Progress = silent)
 
 def _speeds(config: RunConfig) -> dict[str, float]:
     """Speeds of everything, once, on the light view with the most samples."""
-    view = max(prepare_scene(config), key=lambda view: int(view.plan.face.taken.sum()))
+    view = max(prepare(config, subject_of(config)), key=lambda view: int(view.plan.face.taken.sum()))
     speeds: dict[str, float] = {}
     accesses = []
     for phase, work in (("izb_build", view.build), ("izb_raster", view.raster)):

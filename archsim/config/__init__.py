@@ -13,9 +13,12 @@ from archsim.config.load import (
 from archsim.config.machine import MachineConfig
 from archsim.config.run import RunConfig
 from archsim.config.scene import SceneConfig
-from archsim.config.workload import WorkloadConfig
+from archsim.config.workload import DrawnIzbConfig, GridConfig, IzbConfig, WorkloadConfig
 
 __all__ = [
+    "DrawnIzbConfig",
+    "GridConfig",
+    "IzbConfig",
     "LoadedRun",
     "MachineConfig",
     "RunConfig",

@@ -16,20 +16,20 @@ from collections.abc import Iterator
 from functools import cache
 from typing import Any
 
-from pydantic import BaseModel
+from pydantic import BaseModel, RootModel
 
 from archsim.config.load import SECTIONS
 from archsim.config.machine import MachineConfig
 from archsim.config.run import RunConfig
 from archsim.config.scene import SceneConfig
-from archsim.config.workload import WorkloadConfig
+from archsim.config.workload import WorkloadFile
 from archsim.errors import did_you_mean, fail
 
 PARTS: dict[str, type[BaseModel]] = {
     "run": RunConfig,
     "machine": MachineConfig,
     "scene": SceneConfig,
-    "workload": WorkloadConfig,
+    "workload": WorkloadFile,
 }
 
 
@@ -82,7 +82,7 @@ def field_comments(section: type[BaseModel]) -> dict[str, str]:
     """Key -> its meaning, for the keys of a section that are documented."""
     meanings: dict[str, str] = {}
     for parent in reversed(section.__mro__):
-        if issubclass(parent, BaseModel) and parent is not BaseModel:
+        if issubclass(parent, BaseModel) and not issubclass(parent, RootModel) and parent is not BaseModel:
             meanings |= _comments(parent)
     if "kind" in section.model_fields:
         meanings["kind"] = inspect.cleandoc(section.__doc__ or "").split("\n")[0]

@@ -17,7 +17,7 @@ from archsim.config.machine import MachineConfig
 from archsim.config.run import RunConfig
 from archsim.config.scene import MESH_SUFFIXES, SceneConfig
 from archsim.config.validation import in_order, node_at, validate
-from archsim.config.workload import WorkloadConfig
+from archsim.config.workload import GridConfig, WorkloadFile
 from archsim.errors import ArchsimError, Location, Problem, did_you_mean
 
 SECTIONS = ("scene", "workload", "machine")  # of a run; a path there is short for `{base: PATH}`
@@ -58,16 +58,16 @@ def load_scene(path: str | Path, overrides: Iterable[str] = ()) -> SceneConfig:
     return _checked(SceneConfig, *_with_mesh(load_tree(path, overrides), ("mesh",)))
 
 
-def load_workload(path: str | Path, overrides: Iterable[str] = ()) -> WorkloadConfig:
-    """The workload that a file describes. Raises ArchsimError."""
-    return _checked(WorkloadConfig, load_tree(path, overrides), [])
+def load_workload(path: str | Path, overrides: Iterable[str] = ()) -> GridConfig:
+    """The workload that a file describes, of any kind. Raises ArchsimError."""
+    return _checked(WorkloadFile, load_tree(path, overrides), []).root
 
 
 def load_any(path: str | Path, overrides: Iterable[str] = ()) -> BaseModel:
     """The run, or the part of one, that a file describes; its keys tell which. Raises ArchsimError."""
     tree = load_tree(path, overrides)
     keys = set(tree.value) if isinstance(tree.value, dict) else set()
-    parts = {"components": load_machine, "mesh": load_scene, "logical_grid": load_workload}
+    parts = {"components": load_machine, "mesh": load_scene, "kind": load_workload}
     load = next((load for key, load in parts.items() if key in keys), load_run)
     return load(path, overrides)
 

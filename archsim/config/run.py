@@ -9,25 +9,28 @@ from pydantic import Field, model_validator
 from archsim.config.machine import MachineConfig
 from archsim.config.scene import SceneConfig
 from archsim.config.section import Finding, Name, Section, report
-from archsim.config.workload import WorkloadConfig
+from archsim.config.workload import IzbConfig, WorkloadConfig
 
 
 class RunConfig(Section):
     """Everything that a run depends on."""
 
     name: Name  # what the run is called; names its folder
-    scene: SceneConfig  # what is drawn
+    scene: SceneConfig | None = None  # what is drawn; null for workloads that are not of a scene
     workload: WorkloadConfig  # what is computed
     machine: MachineConfig  # what it is computed on
     # reference: SimPy, to be believed; compiled: the same, fast
     model: Literal["reference", "compiled"] = "compiled"
-    seed: Annotated[int, Field(ge=0, le=2**32 - 1)] = 0  # of whatever is drawn at random; so far nothing is
+    seed: Annotated[int, Field(ge=0, le=2**32 - 1)] = 0  # of whatever is drawn at random
 
     @model_validator(mode="after")
     def _check(self) -> RunConfig:
-        num_lights = len(self.scene.lights)
-        if self.workload.light >= num_lights:
-            lights = "one light" if num_lights == 1 else f"{num_lights} lights"
-            what = f"must be below {num_lights}, not {self.workload.light}: the scene has {lights}"
-            report([Finding(("workload", "light"), what)])
+        kind = self.workload.kind
+        if self.scene is None and self.workload.needs_scene:
+            report([Finding(("scene",), f"is missing: the workload '{kind}' needs one")])
+        if self.scene is not None and not self.workload.needs_scene:
+            report([Finding(("scene",), f"must be left out: the workload '{kind}' is not of a scene")])
+        if self.scene is not None and isinstance(self.workload, IzbConfig):
+            found = self.workload.light_findings(len(self.scene.lights))
+            report([each._replace(path=("workload", *each.path)) for each in found])
         return self

@@ -7,7 +7,7 @@ import types
 from collections.abc import Callable, Iterable, Iterator
 from typing import Annotated, Any, TypeVar, Union, get_args, get_origin
 
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel, RootModel, ValidationError
 
 from archsim.config.document import Node
 from archsim.config.section import Finding, FindingsError
@@ -129,7 +129,8 @@ def _known_keys(model: type[BaseModel], loc: KeyPath) -> list[str]:
 
 def _sections_at(model: type[BaseModel], loc: KeyPath) -> list[type[BaseModel]]:
     """The sections that may stand at pydantic's `loc`."""
-    annotations: list[Any] = [model]
+    root: Any = model.model_fields["root"].annotation if issubclass(model, RootModel) else model
+    annotations: list[Any] = _alternatives(root)
     for part in loc:
         annotations = [each for annotation in annotations for each in _step(annotation, part)]
     return [each for each in annotations if isinstance(each, type) and issubclass(each, BaseModel)]

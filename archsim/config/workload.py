@@ -2,34 +2,37 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from collections.abc import Iterator
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Discriminator, Field, RootModel, Tag, model_validator
 
-from archsim.config.section import Finding, Section, is_power_of_two, report
+from archsim.config.scene import Extent
+from archsim.config.section import Finding, Section, is_power_of_two, key_of, report
 
 MAX_PAIRS = 240  # of pixels in a tile: the build kernel holds their positions in c[15] to c[254]
 MAX_CELLS = 2**24  # integers that a float32 register holds exactly
 
 Cells = Annotated[int, Field(ge=1, le=4096, json_schema_extra={"unit": "cells"})]
 Size = Annotated[tuple[Cells, Cells], Field(strict=False)]
+Fragments = Annotated[int, Field(ge=1, le=10**10)]
 _SIDES = ("width", "height")
 
 
-class WorkloadConfig(Section):
-    """Irregular shadow mapping of one light ([Johnson04]). All sizes are [width, height]."""
+class GridConfig(Section):
+    """The grid of lists of an irregular z-buffer ([Johnson04] sec. 5). All sizes are [width, height]."""
 
-    kind: Literal["izb"]
-    light: Annotated[int, Field(ge=0)]  # index into the scene's lights
+    needs_scene: ClassVar[bool]
+
+    kind: str
     logical_grid: Size  # cells
     physical_grid: Size  # cells
     grid_tile: Size  # cells; the physical grid is stored tile by tile
     pixel_tile: Size  # pixels; a task of the build phase
     tile_order: Literal["interleaved", "block"] = "interleaved"  # consecutive pixel tiles over build threads
-    depth_offset_cells: Annotated[float, Field(ge=0, le=1000)] = 0.015625  # against self-shadowing
 
     @model_validator(mode="after")
-    def _check(self) -> WorkloadConfig:
+    def _check(self) -> GridConfig:
         report([*self._check_grids(), *self._check_pixel_tile()])
         return self
 
@@ -60,3 +63,81 @@ class WorkloadConfig(Section):
             what = f"a tile has at most {MAX_PAIRS} pairs of pixels, not {width * height // 2}"
             return [Finding(("pixel_tile",), what)]
         return []
+
+
+class IzbConfig(GridConfig):
+    """Irregular shadow mapping of one light of the scene ([Johnson04])."""
+
+    needs_scene: ClassVar[bool] = True
+
+    kind: Literal["izb"]
+    light: Annotated[int, Field(ge=0)]  # index into the scene's lights
+    depth_offset_cells: Annotated[float, Field(ge=0, le=1000)] = 0.015625  # against self-shadowing
+
+    def light_findings(self, num_lights: int) -> list[Finding]:
+        """What is wrong with the light that is asked for."""
+        if self.light < num_lights:
+            return []
+        lights = "one light" if num_lights == 1 else f"{num_lights} lights"
+        return [Finding(("light",), f"must be below {num_lights}, not {self.light}: the scene has {lights}")]
+
+
+class DrawnIzbConfig(GridConfig):
+    """An irregular shadow map without a scene: samples and triangles drawn to fit the given statistics."""
+
+    needs_scene: ClassVar[bool] = False
+
+    kind: Literal["izb_drawn"]
+    resolution: Annotated[tuple[Extent, Extent], Field(strict=False)]  # pixels; each has a sample
+    list_length: Annotated[float, Field(ge=1, le=1e6)]  # samples, averaged over the lists that have any
+    stencil: Size  # cells from the first to the last that holds a sample
+    grid_fragments_pre_stencil: Fragments  # cells overlapped by triangles
+    grid_fragments_post_stencil: Fragments  # those that hold a sample
+    framebuffer_fragments_pre_z: Fragments  # samples inside triangles
+    framebuffer_fragments_post_z: Fragments  # those that pass the z test
+    patch: Size = (64, 64)  # pixels of a surface, which is seen by the light as a rectangle of one density
+    triangle_order: Literal["neighbours", "random"] = "neighbours"  # neighbours: as a mesh submits them
+
+    @model_validator(mode="after")
+    def _check_statistics(self) -> DrawnIzbConfig:
+        report(list(self._statistics_findings()))
+        return self
+
+    def _statistics_findings(self) -> Iterator[Finding]:
+        for axis, side in enumerate(_SIDES):
+            if self.stencil[axis] > self.logical_grid[axis]:
+                what = f"the {side} must be at most the logical grid's {self.logical_grid[axis]}"
+                yield Finding(("stencil", axis), f"{what}, not {self.stencil[axis]}")
+            if self.patch[axis] % self.pixel_tile[axis]:
+                what = f"the {side} must be a multiple of the pixel_tile's {self.pixel_tile[axis]}"
+                yield Finding(("patch", axis), f"{what}, not {self.patch[axis]}")
+        cells = min(self.physical_grid[0] * self.physical_grid[1], self.stencil[0] * self.stencil[1])
+        least = self.resolution[0] * self.resolution[1] / cells
+        if self.list_length < least:
+            what = f"must be at least {least:.4g}, not {self.list_length:g}: there are {cells} lists"
+            yield Finding(("list_length",), what)
+        for what, before, after in (
+            ("grid_fragments", "pre_stencil", "post_stencil"),
+            ("framebuffer_fragments", "pre_z", "post_z"),
+        ):
+            most = getattr(self, f"{what}_{before}")
+            if getattr(self, f"{what}_{after}") > most:
+                yield Finding((f"{what}_{after}",), f"must be at most {what}_{before}, {most}")
+
+
+KINDS: dict[str, type[Section]] = {"izb": IzbConfig, "izb_drawn": DrawnIzbConfig}
+
+
+def _kind_tag(workload: Any) -> str | None:
+    kind = KINDS.get(key_of(workload, "kind") or "")
+    return f"<{kind.__name__}>" if kind else None
+
+
+WorkloadConfig = Annotated[
+    Annotated[IzbConfig, Tag("<IzbConfig>")] | Annotated[DrawnIzbConfig, Tag("<DrawnIzbConfig>")],
+    Discriminator(_kind_tag),
+]
+
+
+class WorkloadFile(RootModel[WorkloadConfig]):
+    """A workload by itself, of any kind."""

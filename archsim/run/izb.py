@@ -10,15 +10,14 @@ from archsim.config import RunConfig
 from archsim.machine.build import PhaseMachine, phase_machine
 from archsim.machine.counters import Counters, added, no_counters
 from archsim.machine.play import play
-from archsim.raster.eye_view import eye_view
 from archsim.run.izb_picture import Emitted, Picture, ViewLaws, compose, find
 from archsim.run.izb_rendered import RenderedIzb
 from archsim.run.izb_statistics import BUILD, RASTER, paper_ratios, summary
+from archsim.run.izb_subject import subject_of
 from archsim.run.izb_work import check_machine, prepare, replay
 from archsim.run.metrics import phase_checks, phase_statistics
 from archsim.run.progress import Progress
 from archsim.run.result import Check, Result
-from archsim.scene.scene import load_scene
 from archsim.trace.records import Tasks, num_instructions
 from archsim.trace.stream import Work
 
@@ -41,10 +40,9 @@ class Played(NamedTuple):
 
 
 def simulate_izb(config: RunConfig, progress: Progress) -> Result:
-    """Build and rasterize the irregular z-buffer of one light; `config` is a checked RunConfig."""
-    scene, machines = load_scene(config.scene), machines_of(config)
-    seen = eye_view(scene.mesh, scene.camera, scene.width, scene.height)
-    views = prepare(config, scene, seen)
+    """Build and rasterize the irregular z-buffer of one light view; `config` is a checked RunConfig."""
+    machines, subject = machines_of(config), subject_of(config)
+    views = prepare(config, subject)
     played, found = [], []
     for view in views:
         check_machine(machines.build, view.needed_bytes)
@@ -52,7 +50,7 @@ def simulate_izb(config: RunConfig, progress: Progress) -> Result:
         played.append(_play(view.build, partial(view.raster, emitted.take), machines, progress))
         found.append(find(view, emitted))
     laws = [each.laws for each in found]
-    return _result(config.name, compose(scene, seen, views, found), (laws, played), machines)
+    return _result(config.name, compose(subject, views, found), (laws, played), machines)
 
 
 def replay_izb(config: RunConfig, rendered: RenderedIzb, progress: Progress) -> Result:

@@ -8,12 +8,11 @@ from typing import NamedTuple
 import numpy as np
 
 from archsim.execute import izb_memory
-from archsim.raster.eye_view import EyeView
 from archsim.run.izb_figures import cell_map, fragment_histogram, fragments_of_samples, list_histogram
 from archsim.run.izb_statistics import picture_statistics, workload_statistics
+from archsim.run.izb_subject import Subject
 from archsim.run.izb_work import LightViewWork
 from archsim.run.result import Check, Histogram, Statistic
-from archsim.scene.scene import Scene, digest
 from archsim.shadow import izb
 from archsim.shadow.pixel_tiles import untile
 from archsim.shadow.plain import FacePlan, Outcome, run_face
@@ -80,18 +79,18 @@ def find(view: LightViewWork, emitted: Emitted) -> ViewFound:
     return ViewFound(laws, expected, izb.in_shadow(tested, expected.samples))
 
 
-def compose(scene: Scene, seen: EyeView, views: list[LightViewWork], found: list[ViewFound]) -> Picture:
+def compose(subject: Subject, views: list[LightViewWork], found: list[ViewFound]) -> Picture:
     """The picture of all light views."""
     outcomes = [each.outcome for each in found]
     workload = reduce(combined, (outcome.workload for outcome in outcomes), NOTHING)
-    shadow, fragments = _images(scene, [view.plan for view in views], found)
+    shadow, fragments = _images(subject, found)
     maps = {"Framebuffer fragments of each pixel": fragments}
     histograms = [fragment_histogram(outcomes)]
     if views:
         maps["Samples in each logical cell, first light view"] = cell_map(outcomes[0], views[0].grid)
         histograms.insert(0, list_histogram(outcomes, views[0].grid))
-    statistics = [*workload_statistics(workload, len(views)), *picture_statistics(seen, shadow)]
-    return Picture(digest(scene), workload, statistics, shadow, histograms, maps)
+    statistics = [*workload_statistics(workload, len(views)), *picture_statistics(subject.seen, shadow)]
+    return Picture(subject.digest, workload, statistics, shadow, histograms, maps)
 
 
 def _explained(workload: IzbWorkload) -> int:
@@ -129,12 +128,12 @@ def _same_fragments(emitted: tuple[np.ndarray, np.ndarray], expected: Outcome) -
     )
 
 
-def _images(scene: Scene, plans: list[FacePlan], found: list[ViewFound]) -> tuple[np.ndarray, np.ndarray]:
+def _images(subject: Subject, found: list[ViewFound]) -> tuple[np.ndarray, np.ndarray]:
     """The shadow mask, and framebuffer fragments of each pixel (NaN where there is no sample)."""
-    size = (scene.height, scene.width)
+    size = subject.seen.triangle.shape
     shadow = np.zeros(size, np.bool_)
     fragments = np.full(size, np.nan, np.float32)
-    for plan, face in zip(plans, found, strict=True):
+    for plan, face in zip(subject.plans, found, strict=True):
         shadow |= untile(plan.tiles, face.shadow, *size)
         counts = untile(plan.tiles, fragments_of_samples(face.outcome), *size)
         fragments[plan.face.taken] = counts[plan.face.taken]

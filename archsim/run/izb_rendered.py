@@ -10,11 +10,10 @@ import numpy as np
 
 from archsim.config import RunConfig
 from archsim.machine.build import phase_machine
-from archsim.raster.eye_view import eye_view
 from archsim.run.izb_picture import Emitted, Picture, ViewLaws, compose, find
 from archsim.run.izb_statistics import BUILD
+from archsim.run.izb_subject import subject_of
 from archsim.run.izb_work import Recorded, prepare
-from archsim.scene.scene import load_scene
 from archsim.trace.records import RECORD, Tasks
 
 
@@ -36,15 +35,14 @@ def depends_on_machine(config: RunConfig) -> dict[str, Any]:
 
 def render(config: RunConfig) -> RenderedIzb:
     """Execute the kernels of a run; no machine is played."""
-    scene = load_scene(config.scene)
-    seen = eye_view(scene.mesh, scene.camera, scene.width, scene.height)
-    views = prepare(config, scene, seen)
+    subject = subject_of(config)
+    views = prepare(config, subject)
     recorded, found = [], []
     for view in views:
         emitted = Emitted([], [])
         recorded.append(view.recorded(emitted.take))
         found.append(find(view, emitted))
-    return RenderedIzb(compose(scene, seen, views, found), recorded, [each.laws for each in found])
+    return RenderedIzb(compose(subject, views, found), recorded, [each.laws for each in found])
 
 
 def save(rendered: RenderedIzb, folder: Path) -> None:

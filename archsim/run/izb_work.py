@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from archsim.config import RunConfig, WorkloadConfig
+from archsim.config import RunConfig
 from archsim.errors import ArchsimError, Problem, fail
 from archsim.execute import izb_memory
 from archsim.execute.izb_build import build_work, tile_order
@@ -15,11 +15,10 @@ from archsim.execute.izb_raster import Output, raster_work
 from archsim.isa.program import NUM_LOCKS
 from archsim.machine.build import PhaseMachine, phase_machine
 from archsim.machine.spec import MachineSpec
-from archsim.raster.eye_view import EyeView, eye_view
 from archsim.run.izb_statistics import BUILD
-from archsim.scene.scene import Scene, load_scene
+from archsim.run.izb_subject import Subject, grid_of, subject_of
 from archsim.shadow.grid import Grid
-from archsim.shadow.plain import FacePlan, Method, grid_fragments, plan_faces
+from archsim.shadow.plain import FacePlan, grid_fragments
 from archsim.trace.records import Tasks
 from archsim.trace.stream import Work
 
@@ -63,39 +62,26 @@ class Recorded(NamedTuple):
     needed_bytes: int
 
 
-def method_of(workload: WorkloadConfig) -> Method:
-    """The algorithm's choices in a checked workload section."""
-    sizes = (*workload.logical_grid, *workload.physical_grid, *workload.grid_tile)
-    return Method(Grid(*sizes), workload.pixel_tile, workload.depth_offset_cells)
-
-
-def prepare(config: RunConfig, scene: Scene, seen: EyeView) -> list[LightViewWork]:
-    """The light views that the run's light needs."""
-    method, block = method_of(config.workload), config.workload.tile_order == "block"
-    plans = plan_faces(scene, seen, scene.lights[config.workload.light], method)
+def prepare(config: RunConfig, subject: Subject) -> list[LightViewWork]:
+    """The light views of a run on its machine."""
+    grid, block = grid_of(config.workload), config.workload.tile_order == "block"
     core = phase_machine(config.machine, BUILD).spec.core
     num_threads = core.num_cores * core.num_threads
     return [
         LightViewWork(
             plan,
-            method.grid,
+            grid,
             tile_order(plan.tiles, num_threads, block),
-            izb_memory.lay_out(method.grid, plan.tiles),
+            izb_memory.lay_out(grid, plan.tiles),
             num_threads if block else None,
         )
-        for plan in plans
+        for plan in subject.plans
     ]
-
-
-def prepare_scene(config: RunConfig) -> list[LightViewWork]:
-    """The same, from the configuration alone."""
-    scene = load_scene(config.scene)
-    return prepare(config, scene, eye_view(scene.mesh, scene.camera, scene.width, scene.height))
 
 
 def record(config: RunConfig) -> list[Recorded]:
     """Execute the kernels of a run, once for each light view; no machine is played."""
-    return [view.recorded() for view in prepare_scene(config)]
+    return [view.recorded() for view in prepare(config, subject_of(config))]
 
 
 def replay(work: Recorded, phase: str, spec: MachineSpec) -> Work:

@@ -31,7 +31,7 @@ class Kind(NamedTuple):
 
 def kind_of(config: RunConfig) -> Kind:
     """The kind of the run's workload. Loads only what that kind needs: the models are heavy."""
-    kind: Kind = {"izb": _izb}[config.workload.kind]()
+    kind: Kind = {"izb": _izb, "izb_drawn": _izb}[config.workload.kind]()
     return kind
 
 

@@ -108,9 +108,8 @@ def rasterize(
     samples: Samples, lists: GridOfLists, grid: Grid, occluders: Occluders, grid_fragments: GridFragments
 ) -> Fragments:
     """Framebuffer fragments: every sample of a fragment's list that lies inside the triangle, in list order."""
-    counts = np.zeros(len(grid_fragments.i) + 1, np.int64)
-    _count(samples, lists, grid, occluders, grid_fragments, counts)
-    starts = np.cumsum(counts)
+    counts = hit_counts(samples, lists, grid, occluders, grid_fragments)
+    starts = np.concatenate([np.zeros(1, np.int64), np.cumsum(counts)])
     sample = np.empty(starts[-1], np.int32)
     depth = np.empty(starts[-1], np.float32)
     _fill(samples, lists, grid, occluders, grid_fragments, (starts, sample, depth))
@@ -118,13 +117,16 @@ def rasterize(
 
 
 @njit
-def _count(samples, lists, grid, occluders, fragments, counts):
+def hit_counts(samples, lists, grid, occluders, fragments):
+    """int64 [num_grid_fragments] samples of each fragment's list that lie inside its triangle."""
+    counts = np.zeros(len(fragments.i), np.int64)
     for index in range(len(fragments.i)):
         edges = occluders.edges[fragments.setup_index[index]]
         sample = lists.head[head_of_logical(grid, fragments.i[index], fragments.j[index])]
         while sample != NO_NODE:
-            counts[index + 1] += inside(edges, samples.position[sample])
+            counts[index] += inside(edges, samples.position[sample])
             sample = lists.following[sample]
+    return counts
 
 
 @njit

@@ -1,10 +1,10 @@
-"""Search camera and lights on the stand-in scenes so that Table 1's workload columns come near the paper's.
+"""Search camera, lights and generator parameters so that Table 1's workload columns come near the paper's.
 
 Run: python experiments/johnson2004/calibrate.py doom|knot [--tries N] [--steps N] [--seed S]
 
-Only Table 1 is looked at: cycles, latencies and useful cycles never enter. The best views found are printed as YAML
-with the residual of each column. A view is scored at half the resolution on a grid of half the size, which leaves list
-lengths alone and quarters every count.
+Only Table 1 is looked at: cycles, latencies and useful cycles never enter. The same options give the same views: random
+views at an eighth of the resolution, walks downhill from the best few, and a last walk at a half. What is found is
+printed as YAML with the residual of each column.
 """
 
 from __future__ import annotations
@@ -12,280 +12,274 @@ from __future__ import annotations
 import argparse
 import itertools
 import math
+from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import yaml
+from light_fit import COLUMNS, fitted_light, measure, misfit, printed_columns, rounded, unit
 
 from archsim import resources
 from archsim.raster.eye_view import EyeView, eye_view
 from archsim.scene.camera import Camera
 from archsim.scene.generators import make_mesh
 from archsim.scene.mesh import Mesh, load_mesh
-from archsim.scene.scene import Light, LightView, Scene
-from archsim.shadow.grid import Grid
-from archsim.shadow.izb import in_shadow
+from archsim.scene.scene import Light, Scene
 from archsim.shadow.light_view import sample_points
-from archsim.shadow.plain import Method, plan_faces, run_face
-from archsim.shadow.workload import NOTHING, IzbWorkload
 
 PRINTED = yaml.safe_load((Path(__file__).parent / "printed.yaml").read_text())["table1_workload"]
-SCALE = 2  # of the resolution and the grid while searching
+COARSE, FINE = 8, 2  # parts of the resolution
+NUM_WALKS = 4  # of the best random views, each is walked downhill
 WIDEST_HALF_ANGLE = 65.0
 SHADOWED = (0.15, 0.85)  # share of pixels in shadow: outside, a view would not show what the paper is about
-UNFIT = 100.0  # misfit of a view that will not do
+LARGEST_SHARE = 0.4  # of the pixels that one triangle may fill: more is a picture of a wall
 
 
-class View(NamedTuple):
-    """A camera, a light with its view, and how far their workload is from the paper's row."""
+class Guess(NamedTuple):
+    """A point of the search: numbers between 0 and 1, and choices that are drawn once."""
 
-    camera: Camera
-    light: Light
-    workload: IzbWorkload
-    misfit: float
+    numbers: np.ndarray  # float64 [n]
+    choices: tuple[int, ...]
 
 
 class Stage(NamedTuple):
-    """A mesh to look at, the rows of Table 1 to come near to, and where lights may stand."""
+    """A mesh to look at, and lights that may stand anywhere of these places."""
 
     mesh: Mesh
-    rows: tuple[str, ...]  # one light each, one camera for all
-    lights: np.ndarray | None  # float64 [n, 3] the level's own, None: anywhere
-    reach: float  # how far from a light a camera is tried
-    fewest_visible: int  # triangles that a picture must show, or it is of a bare wall
+    camera: Camera
+    lights: np.ndarray  # float64 [n, 3]
+    described: dict[str, Any]  # the mesh as a scene's YAML names it
+
+
+class Theme(NamedTuple):
+    """What is searched: the rows of Table 1, one light each and one camera for all, and how a guess becomes a stage."""
+
+    rows: tuple[str, ...]
+    num_numbers: int
+    num_choices: tuple[int, ...]
+    stage: Callable[[Guess], Stage]
+    fewest_visible: int  # triangles that a picture must show
+    num_subject: int  # the first so many triangles are what the picture is of, seen from outside
+    least_subject: float  # share of the pixels that must show them
+
+
+class View(NamedTuple):
+    """A stage with a light for each row, and how far their workload is from the paper's."""
+
+    stage: Stage
+    lights: list[Light]
+    columns: list[np.ndarray]
+    misfits: list[float]
+
+    @property
+    def total(self) -> float:
+        return sum(self.misfits)
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("scene", choices=["doom", "knot"])
-    parser.add_argument("--tries", type=int, default=300, help="cameras tried at random")
-    parser.add_argument("--steps", type=int, default=300, help="small changes tried on the best one")
+    parser.add_argument("scene", choices=sorted(THEMES))
+    parser.add_argument("--tries", type=int, default=6000, help="random views")
+    parser.add_argument("--steps", type=int, default=300, help="steps of each walk")
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()
-    search(stage_of(options.scene), options.tries, options.steps, np.random.default_rng(options.seed))
+    theme = THEMES[options.scene]()
+    best = search(theme, options.tries, options.steps, np.random.default_rng(options.seed))
+    show(theme, best)
 
 
-def stage_of(scene: str) -> Stage:
-    if scene == "doom":
-        level = load_mesh("nx_bloodprison_8k9")
-        lights = np.load(resources.mesh("nx_bloodprison_8k9"))["lights"][:, :3].astype(float)
-        return Stage(level, ("doom_light0", "doom_light1"), lights, 300.0, 250)
-    knot = make_mesh("knot_and_spheres", 0, {})
-    return Stage(knot, ("knot_light0",), None, float(np.ptp(knot.vertices, axis=0).max()) / 4, 400)
-
-
-def search(stage: Stage, tries: int, steps: int, rng: np.random.Generator) -> None:
-    """Random cameras first, then a walk downhill from the best; every improvement is printed."""
-    best: list[View] = []
-    for _ in range(tries):
-        lights = random_lights(stage, rng)
-        best = better(stage, best, evaluated(stage, random_camera(stage, lights, rng), lights))
-    for step in range(steps if best else 0):
-        size = 0.3 * 0.99**step
-        lights = np.array([view.light.position for view in best])
-        if stage.lights is None:
-            lights = lights + size * stage.reach * rng.normal(0, 0.3, lights.shape)
-        best = better(stage, best, evaluated(stage, jittered(best[0].camera, size, rng), lights))
-
-
-def better(stage: Stage, best: list[View], found: list[View]) -> list[View]:
-    """The better of two; an improvement is printed."""
-    if not found or (best and total(found) >= total(best)):
-        return best
-    for row, view in zip(stage.rows, found, strict=True):
-        show(row, view)
-    return found
-
-
-def total(views: list[View]) -> float:
-    return sum(view.misfit for view in views)
-
-
-def evaluated(stage: Stage, camera: Camera, lights: np.ndarray) -> list[View]:
-    """The best view of each row, every row with a light of its own; empty if there are too few fitting lights."""
-    fitting = [light for light in lights if fits(stage, camera, light)]
-    if len(fitting) < len(stage.rows):
-        return []
-    views = [
-        [fitted_view(stage.mesh, camera, light, PRINTED[row]) for light in fitting] for row in stage.rows
+def search(theme: Theme, tries: int, steps: int, rng: np.random.Generator) -> View:
+    """Random views, walks from the best few, one last walk from the best of them."""
+    found: list[tuple[float, int, Guess]] = []
+    for number in range(tries):
+        guess = random_guess(theme, rng)
+        view = evaluated(theme, guess, COARSE)
+        if view is not None:
+            found.append((view.total, number, guess))
+    walked = [
+        walk(theme, guess, COARSE, steps, rng)
+        for _, _, guess in sorted(found, key=lambda f: f[:2])[:NUM_WALKS]
     ]
-    choices = itertools.permutations(range(len(fitting)), len(stage.rows))
-    picked = ([row[light] for row, light in zip(views, choice, strict=True)] for choice in choices)
-    return min(picked, key=total)
+    _, best = min(walked, key=lambda pair: pair[0].total)
+    return walk(theme, best, FINE, steps // 4, rng)[0]
 
 
-def random_lights(stage: Stage, rng: np.random.Generator) -> np.ndarray:
-    """Candidate positions float64 [n, 3]."""
-    if stage.lights is not None:
-        return stage.lights
-    low, high = stage.mesh.vertices.min(axis=0), stage.mesh.vertices.max(axis=0)
-    return low + (high - low) * rng.uniform(0.05, 0.95, (len(stage.rows), 3))
+def random_guess(theme: Theme, rng: np.random.Generator) -> Guess:
+    choices = tuple(int(rng.integers(number)) for number in theme.num_choices)
+    return Guess(rng.uniform(0, 1, theme.num_numbers), choices)
 
 
-def random_camera(stage: Stage, lights: np.ndarray, rng: np.random.Generator) -> Camera:
-    """A camera somewhere near a light, looking anywhere but steeply."""
-    eye = lights[rng.integers(len(lights))] + rng.uniform(-1, 1, 3) * stage.reach * (1, 1, 1 / 3)
-    yaw, pitch = rng.uniform(0, 2 * math.pi), rng.uniform(-0.6, 0.3)
-    forward = np.array([math.cos(yaw) * math.cos(pitch), math.sin(yaw) * math.cos(pitch), math.sin(pitch)])
-    target = eye + forward * stage.reach
-    return Camera(eye, target, np.array([0.0, 0.0, 1.0]), float(rng.uniform(45, 90)), stage.reach / 150)
+def walk(theme: Theme, guess: Guess, scale: int, steps: int, rng: np.random.Generator) -> tuple[View, Guess]:
+    """Small random changes, kept when they help; steps grow on success and shrink on failure."""
+    view = evaluated(theme, guess, scale)
+    size = 0.1 if scale == COARSE else 0.01
+    for _ in range(steps):
+        moved = guess.numbers + size * rng.normal(0, 1, theme.num_numbers) * (
+            rng.random(theme.num_numbers) < 0.5
+        )
+        candidate = guess._replace(numbers=np.clip(moved, 0, 1))
+        other = evaluated(theme, candidate, scale)
+        if other is not None and (view is None or other.total < view.total):
+            view, guess, size = other, candidate, size * 1.5
+        else:
+            size = max(size * 0.96, 1e-4)
+    assert view is not None
+    print(f"# walk at 1/{scale} of the resolution: misfit {view.total:.3f}", flush=True)
+    return view, guess
 
 
-def jittered(camera: Camera, size: float, rng: np.random.Generator) -> Camera:
-    """A camera a little beside another one."""
-    length = float(np.linalg.norm(camera.target - camera.eye))
-    eye = camera.eye + size * length * rng.normal(0, 0.3, 3)
-    target = camera.target + size * length * rng.normal(0, 0.3, 3)
-    fovy = float(np.clip(camera.fovy_degrees + size * rng.normal(0, 10), 40, 95))
-    return camera._replace(eye=eye, target=target, fovy_degrees=fovy)
+def evaluated(theme: Theme, guess: Guess, scale: int) -> View | None:
+    """The best lights for a guess's picture; None if it is not a picture to show, or too few lights suit it."""
+    stage = theme.stage(guess)
+    scene = Scene(stage.mesh, stage.camera, (), 1280 // scale, 1024 // scale, "search")
+    seen = eye_view(stage.mesh, stage.camera, scene.width, scene.height)
+    if not is_picture(theme, stage, seen):
+        return None
+    points = sample_points(scene, seen)
+    lights = [light for light in stage.lights if lights_all(points, light)]
+    if len(lights) < len(theme.rows):
+        return None
+    options = [[scored(scene, seen, light, PRINTED[row], scale) for light in lights] for row in theme.rows]
+    orders = itertools.permutations(range(len(lights)), len(theme.rows))
+    views = ([row[k] for row, k in zip(options, order, strict=True)] for order in orders)
+    whole = [view for view in views if all(view)]
+    if not whole:
+        return None
+    best = min(whole, key=lambda view: sum(each[2] for each in view))
+    return View(stage, [each[0] for each in best], [each[1] for each in best], [each[2] for each in best])
 
 
-def fits(stage: Stage, camera: Camera, light: np.ndarray) -> bool:
-    """Whether every pixel shows the front of something, not too near, and one view of the light holds it all."""
-    mesh = stage.mesh
-    scene = Scene(mesh, camera, (), 160, 128, "probe")
-    view = eye_view(mesh, camera, scene.width, scene.height)
-    if (view.triangle < 0).any() or np.median(1 / view.reciprocal_depth) < 20 * camera.near:
+def scored(
+    scene: Scene, seen: EyeView, position: np.ndarray, row: dict, scale: int
+) -> tuple[Light, np.ndarray, float] | None:
+    """A light fitted for a row, its columns and its misfit; None if its picture will not do."""
+    light = fitted_light(scene, seen, position, row["stencil"])
+    measured = measure(scene, seen, light, scale)
+    if measured is None or not SHADOWED[0] <= measured.shadowed <= SHADOWED[1]:
+        return None
+    return light, measured.columns, misfit(measured.columns, printed_columns(row))
+
+
+def is_picture(theme: Theme, stage: Stage, seen: EyeView) -> bool:
+    """Whether every pixel shows something, not too near, the subject from outside, and not just one triangle."""
+    if (seen.triangle < 0).any() or np.median(1 / seen.reciprocal_depth) < 20 * stage.camera.near:
         return False
-    if len(np.unique(view.triangle)) < stage.fewest_visible:
+    visible, counts = np.unique(seen.triangle, return_counts=True)
+    if len(visible) < theme.fewest_visible or counts.max() > LARGEST_SHARE * seen.triangle.size:
         return False
-    corners = mesh.vertices[mesh.triangles[view.triangle.ravel()]].astype(float)
+    subject = visible < theme.num_subject
+    corners = stage.mesh.vertices[stage.mesh.triangles[visible]].astype(float)
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    facing = np.einsum("nk,nk->n", normals, corners[:, 0] - camera.eye) > 0
-    if 0.02 < facing.mean() < 0.98:
-        return False
-    directions = unit((sample_points(scene, view) - light).reshape(-1, 3))
+    front = np.einsum("nk,nk->n", normals, stage.camera.eye - corners[:, 0]) > 0
+    shown = counts[subject].sum()
+    in_front = counts[subject & front].sum() / max(shown, 1)
+    return shown >= theme.least_subject * counts.sum() and (in_front < 0.02 or in_front > 0.98)
+
+
+def lights_all(points: np.ndarray, light: np.ndarray) -> bool:
+    """Whether one view of the light holds all points."""
+    directions = unit((points - light).reshape(-1, 3))
     return bool(
         (directions @ unit(directions.mean(axis=0))).min() > math.cos(math.radians(WIDEST_HALF_ANGLE))
     )
 
 
-def fitted_view(mesh: Mesh, camera: Camera, light: np.ndarray, row: dict) -> View:
-    """The light view whose roll and field of view give the stencil about the printed extent."""
-    scene = Scene(mesh, camera, (), 1280 // SCALE, 1024 // SCALE, "search")
-    seen = eye_view(mesh, camera, scene.width, scene.height)
-    directions = unit((sample_points(scene, seen) - light)[::8, ::8].reshape(-1, 3))
-    aspect = row["stencil"][0] / row["stencil"][1]
-    frames = [centred_frame(directions, roll) for roll in np.linspace(0, math.pi, 24, endpoint=False)]
-    side, up, forward = min(frames, key=lambda frame: abs(math.log(aspect_of(directions, frame) / aspect)))
-
-    across, along = extent(directions, (side, up, forward))
-    wanted = math.sqrt(across * along / (row["stencil"][0] * row["stencil"][1])) * 1024 / 2
-    fovy = 2 * math.degrees(math.atan(max(wanted, 0.51 * max(across, along))))
-    view = Light(light, LightView(light + forward, up, fovy))
-    workload, shadowed = measure(scene, seen, view)
-    will_do = SHADOWED[0] <= shadowed <= SHADOWED[1]
-    return View(camera, view, workload, misfit(workload, row) if will_do else UNFIT)
+def camera_of(numbers: np.ndarray, centre: np.ndarray, reach: np.ndarray) -> Camera:
+    """A camera near a place, looking anywhere but steeply, from six numbers."""
+    eye = rounded(centre + (2 * numbers[:3] - 1) * reach)
+    yaw, pitch = 2 * math.pi * numbers[3], -0.7 + 1.1 * numbers[4]
+    forward = np.array([math.cos(yaw) * math.cos(pitch), math.sin(yaw) * math.cos(pitch), math.sin(pitch)])
+    target = rounded(eye + forward * reach[0])
+    return Camera(
+        eye, target, np.array([0.0, 0.0, 1.0]), round(45 + 45 * float(numbers[5]), 3), float(reach[0]) / 150
+    )
 
 
-Frame = tuple[np.ndarray, np.ndarray, np.ndarray]  # side, up, forward
+LEVEL = "nx_bloodprison_8k9"
+REACH = np.array([300.0, 300.0, 100.0])  # of a camera from the light that it is tried near to
 
 
-def centred_frame(directions: np.ndarray, roll: float) -> Frame:
-    """A frame with a given roll in which the directions spread equally to both sides of the middle."""
-    forward = unit(directions.mean(axis=0))
-    right = unit(np.cross(forward, np.eye(3)[np.argmin(np.abs(forward))]))
-    for _ in range(3):  # turning the frame changes the spread a little
-        up = unit(math.cos(roll) * right + math.sin(roll) * np.cross(right, forward))
-        side = np.cross(forward, up)
-        x, y = tangents(directions, (side, up, forward))
-        forward = unit(forward + 0.5 * (x.min() + x.max()) * side + 0.5 * (y.min() + y.max()) * up)
-        right = unit(right - (right @ forward) * forward)
-    up = unit(up - (up @ forward) * forward)
-    return np.cross(forward, up), up, forward
+def doom_theme() -> Theme:
+    """The level with its own lights."""
+    level = load_mesh(LEVEL)
+    lights = np.load(resources.mesh(LEVEL))["lights"][:, :3].astype(float).round(4)
+
+    def stage(guess: Guess) -> Stage:
+        return Stage(
+            level, camera_of(guess.numbers, lights[guess.choices[0]], REACH), lights, {"mesh": LEVEL}
+        )
+
+    return Theme(("doom_light0", "doom_light1"), 6, (len(lights),), stage, 250, len(level.triangles), 1.0)
 
 
-def tangents(directions: np.ndarray, frame: Frame) -> tuple[np.ndarray, np.ndarray]:
-    depth = directions @ frame[2]
-    return directions @ frame[0] / depth, directions @ frame[1] / depth
+TURNS = ((2, 3), (3, 2), (2, 5), (3, 4), (3, 5))
+RANGES = {  # of the generator's parameters; counts stay, so that there are 16,372 triangles
+    "knot_radius": (1.0, 3.0),
+    "winding_radius": (0.3, 1.4),
+    "tube_radius": (0.1, 0.6),
+    "sphere_radius": (0.2, 1.2),
+    "room_half_size": (4.0, 8.0),
+}
+NUM_ROOM_TRIANGLES = 12
+LEAST_SUBJECT = 0.25  # share of the pixels that show the knot or a sphere
 
 
-def extent(directions: np.ndarray, frame: Frame) -> tuple[float, float]:
-    x, y = tangents(directions, frame)
-    return float(np.ptp(x)), float(np.ptp(y))
+def knot_theme() -> Theme:
+    """The knot and its spheres, of any shape, in a room; the light anywhere in it."""
+
+    def stage(guess: Guess) -> Stage:
+        seed, turns = guess.choices
+        parameters: dict[str, float] = dict(
+            zip(("turns_around_axis", "turns_around_core"), TURNS[turns], strict=True)
+        )
+        for number, (name, (low, high)) in zip(guess.numbers[9:], RANGES.items(), strict=True):
+            parameters[name] = round(low + (high - low) * float(number), 3)
+        half = parameters["room_half_size"]
+        camera = camera_of(guess.numbers[:6], np.zeros(3), np.full(3, 0.9 * half))
+        light = rounded((2 * guess.numbers[6:9] - 1) * 0.95 * half)
+        mesh = make_mesh("knot_and_spheres", seed, parameters)
+        described = {"generator": "knot_and_spheres", "seed": seed, "parameters": parameters}
+        return Stage(mesh, camera, light[None], {"mesh": described})
+
+    num_subject = len(make_mesh("knot_and_spheres", 0, {}).triangles) - NUM_ROOM_TRIANGLES
+    return Theme(("knot_light0",), 9 + len(RANGES), (16, len(TURNS)), stage, 400, num_subject, LEAST_SUBJECT)
 
 
-def aspect_of(directions: np.ndarray, frame: Frame) -> float:
-    across, along = extent(directions, frame)
-    return across / along
+THEMES: dict[str, Callable[[], Theme]] = {"doom": doom_theme, "knot": knot_theme}
 
 
-def measure(scene: Scene, seen: EyeView, light: Light) -> tuple[IzbWorkload, float]:
-    """Table 1's columns, scaled to the full resolution, and the share in shadow; nothing if one view does not do."""
-    grid = Grid(1024 // SCALE, 1024 // SCALE, 512 // SCALE, 512 // SCALE, 8, 8)
-    plans = plan_faces(scene, seen, light, Method(grid, (8, 8), 1 / 64))
-    if len(plans) != 1:
-        return NOTHING, 0.0
-    outcome = run_face(plans[0], grid)
-    found = outcome.workload
-    counts = IzbWorkload(*(value * SCALE * SCALE for value in found))
-    width, height = found.stencil_width * SCALE, found.stencil_height * SCALE
-    shadowed = float(in_shadow(outcome.z_test, outcome.samples).mean())
-    return counts._replace(stencil_width=width, stencil_height=height), shadowed
-
-
-def columns(workload: IzbWorkload) -> dict[str, float]:
-    return {
-        "list length": workload.list_length,
-        "stencil width": workload.stencil_width,
-        "stencil height": workload.stencil_height,
-        "grid fragments pre": workload.grid_fragments_pre_stencil / 1e6,
-        "grid fragments post": workload.grid_fragments_post_stencil / 1e6,
-        "framebuffer fragments pre": workload.framebuffer_fragments_pre_z / 1e6,
-        "framebuffer fragments post": workload.framebuffer_fragments_post_z / 1e6,
-    }
-
-
-def printed_columns(row: dict) -> dict[str, float]:
-    grid, frame = row["grid_fragments_M"], row["framebuffer_fragments_M"]
-    values = [row["list_length"], *row["stencil"], grid["pre"], grid["post"], frame["pre_z"], frame["post_z"]]
-    return dict(zip(columns(NOTHING), values, strict=True))
-
-
-def misfit(workload: IzbWorkload, row: dict) -> float:
-    """Sum of squared logarithms of ours over printed."""
-    ours, printed = columns(workload), printed_columns(row)
-    return sum(math.log(max(ours[name], 1e-3) / printed[name]) ** 2 for name in printed)
-
-
-def show(name: str, view: View) -> None:
-    """Print a view as YAML with its residuals."""
-    ours, printed = columns(view.workload), printed_columns(PRINTED[name])
-    print(f"# {name}: misfit {view.misfit:.3f}")
-    for column in ours:
-        error = 100 * (ours[column] / printed[column] - 1)
-        print(f"#   {column:27} {ours[column]:9.2f}  printed {printed[column]:9.2f}  {error:+6.1f} %")
-    camera, light = view.camera, view.light
-    assert light.view is not None
+def show(theme: Theme, view: View) -> None:
+    """Print the view as the YAML of a scene, with its residuals."""
+    for row, ours, total in zip(theme.rows, view.columns, view.misfits, strict=True):
+        print(f"# {row}: misfit {total:.3f}")
+        for column, value, printed in zip(COLUMNS, ours, printed_columns(PRINTED[row]), strict=True):
+            print(
+                f"#   {column:27} {value:9.2f}  printed {printed:9.2f}  {100 * (value / printed - 1):+6.1f} %"
+            )
+    camera = view.stage.camera
     document = {
+        **view.stage.described,
         "camera": {
-            "eye": rounded(camera.eye),
-            "target": rounded(camera.target),
-            "up": rounded(camera.up),
-            "fovy_degrees": round(camera.fovy_degrees, 3),
+            "eye": camera.eye.tolist(),
+            "target": camera.target.tolist(),
+            "up": camera.up.tolist(),
+            "fovy_degrees": camera.fovy_degrees,
             "near": round(camera.near, 4),
         },
-        "lights": [
-            {
-                "position": rounded(light.position),
-                "view": {
-                    "target": rounded(light.view.target),
-                    "up": rounded(light.view.up),
-                    "fovy_degrees": round(light.view.fovy_degrees, 3),
-                },
-            }
-        ],
+        "lights": [described_light(light) for light in view.lights],
     }
     print(yaml.safe_dump(document, sort_keys=False, default_flow_style=None), flush=True)
 
 
-def rounded(vector: np.ndarray) -> list[float]:
-    return [round(float(value), 4) for value in vector]
-
-
-def unit(vectors: np.ndarray) -> np.ndarray:
-    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
+def described_light(light: Light) -> dict[str, Any]:
+    assert light.view is not None
+    view = {
+        "target": light.view.target.tolist(),
+        "up": light.view.up.tolist(),
+        "fovy_degrees": light.view.fovy_degrees,
+    }
+    return {"position": light.position.tolist(), "view": view}
 
 
 if __name__ == "__main__":

@@ -12,10 +12,10 @@ from pydantic import ValidationError
 
 from archsim import resources
 from archsim.config import (
+    IzbConfig,
     MachineConfig,
     RunConfig,
     SceneConfig,
-    WorkloadConfig,
     load_any,
     load_machine,
     load_run,
@@ -149,7 +149,7 @@ def test_importing_configurations_imports_nothing_heavy():
         ("runs/tiny.yaml", RunConfig),
         ("machines/johnson2004.yaml", MachineConfig),
         ("scenes/tiny.yaml", SceneConfig),
-        ("workloads/izb.yaml", WorkloadConfig),
+        ("workloads/izb.yaml", IzbConfig),
     ],
 )
 def test_the_keys_tell_what_a_file_describes(path, kind):

@@ -97,7 +97,7 @@ def test_all_problems_come_at_once_in_the_order_of_the_text(write, problems):
         ("{a}=1", "unknown key '{a}'"),
         ("scene.name='a/b'", "scene.name: must be a name of letters, digits, '_' and '-', not 'a/b'"),
         ("name=null", "name: must be text, not null"),
-        ("workload.kind=ibz", "workload.kind: must be izb, not 'ibz'; did you mean 'izb'?"),
+        ("workload.kind=ibz", "workload.kind: must be a known kind, not 'ibz'; did you mean 'izb'?"),
         (
             "machine.components.<FifoConfig>=3",
             "machine.components.<FifoConfig>: must be a mapping of keys, not 3",

@@ -61,3 +61,41 @@ def test_limits_are_inside(override):
 def test_defaults():
     workload = load_run("runs/izb_bloodprison_light1.yaml").workload
     assert (workload.light, workload.tile_order, workload.depth_offset_cells) == (1, "interleaved", 1 / 64)
+
+
+DRAWN = "runs/izb_drawn.yaml"
+
+
+@pytest.mark.parametrize(
+    ("override", "message"),
+    [
+        ("list_length=1.2", "workload.list_length: must be at least 5, not 1.2: there are 262144 lists"),
+        (
+            "stencil=[1025, 600]",
+            "workload.stencil.0: the width must be at most the logical grid's 1024, not 1025",
+        ),
+        ("patch=[60, 64]", "workload.patch.0: the width must be a multiple of the pixel_tile's 8, not 60"),
+        (
+            "grid_fragments_post_stencil=1600001",
+            "workload.grid_fragments_post_stencil: must be at most grid_fragments_pre_stencil, 1600000",
+        ),
+        ("light=0", "unknown key 'workload.light'"),
+        ("list_lenght=6", "unknown key 'workload.list_lenght'; did you mean 'list_length'?"),
+    ],
+)
+def test_statistics_that_contradict_each_other_are_said(problems, override, message):
+    override = f"workload.{override}"
+    assert problems(load_run, DRAWN, [override]) == [f"--set {override}: {message}"]
+
+
+def test_a_scene_is_there_if_and_only_if_the_workload_is_of_one(problems, write):
+    with_scene = write("with.yaml", "base: runs/izb_drawn.yaml\nscene: scenes/tiny.yaml\n")
+    assert problems(load_run, with_scene) == [
+        "with.yaml:2:1: scene: must be left out: the workload 'izb_drawn' is not of a scene"
+    ]
+    without = write(
+        "without.yaml", "name: x\nworkload: workloads/izb_tiny.yaml\nmachine: machines/tiny.yaml\n"
+    )
+    assert problems(load_run, without) == [
+        "without.yaml:1:1: scene: is missing: the workload 'izb' needs one"
+    ]
