@@ -59,7 +59,8 @@ def _point(run: str, parameters: Parameters) -> Point:
 def _digests(config: RunConfig) -> tuple[str, str | None]:
     """Of all that the result depends on, and of all that picture and work depend on."""
     whole = config.model_dump(mode="json", exclude={"name"})
-    made_of = {"code": _code(), "scene": _scene_digest(config.scene.model_dump_json())}
+    scene = config.scene and _scene_digest(config.scene.model_dump_json())
+    made_of = {"code": _code(), "scene": scene}
     own = _digest({**made_of, "config": whole})
     rendering = kind_of(config).rendering
     if rendering is None:
