@@ -15,7 +15,7 @@ NAMES = [path.relative_to(PACKAGE).as_posix() for path in SOURCES]
 LAYERS = [
     ["units", "jit", "errors", "resources"],
     ["isa", "config", "observe"],
-    ["shadow", "shadow_volumes", "raster", "lograster", "codec", "scene", "execute", "trace"],
+    ["shadow", "shadow_volumes", "raster", "lograster", "codec", "shadowmap", "scene", "execute", "trace"],
     ["model"],
     ["machine", "analysis"],
     ["run"],

@@ -1,0 +1,127 @@
+"""Maps hold what they serve, everything is served, and light rays are points of the map."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from archsim.errors import ArchsimError
+from archsim.shadowmap.error import owner, places, serves
+from archsim.shadowmap.faces import faces
+from archsim.shadowmap.families import BALANCED, FAMILIES, make_maps
+from archsim.shadowmap.fit import with_one
+from archsim.shadowmap.view import depth_of, directional_light, make_view, volume_samples
+
+from .views import ALONG_Y, DIRECTIONS, OVERHEAD, POINTS_INSIDE, view_of
+
+POINTS = volume_samples(view_of(20), 5, 9)
+
+
+def check_service(family, light):
+    """Every point of the view is in the region of a map, and inside that map."""
+    maps = make_maps(family, view_of(20), light)
+    served = np.stack([serves(shadow_map, POINTS) for shadow_map in maps])
+    assert served.any(axis=0).all()
+    owners = owner(maps, POINTS)
+    for index, shadow_map in enumerate(maps):
+        mine = POINTS[owners == index]
+        image = with_one(mine) @ shadow_map.matrix.T
+        assert (image[:, 3] > 0).all()
+        here = places(shadow_map, mine)
+        for coordinate in (here.x, here.y):
+            assert coordinate.min(initial=0.0) > -1e-6
+            assert coordinate.max(initial=1.0) < 1 + 1e-6
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.sampled_from(sorted(FAMILIES)), DIRECTIONS)
+def test_directional_lights_reach_every_point_of_the_view(family, light):
+    check_service(family, light)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.sampled_from(BALANCED), POINTS_INSIDE)
+def test_faces_serve_lights_inside_the_view(family, light):
+    check_service(family, light)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.sampled_from(sorted(FAMILIES)), DIRECTIONS, st.floats(0.1, 5))
+def test_a_light_ray_is_one_place_and_depth_falls_towards_the_light(family, light, step):
+    for shadow_map in make_maps(family, view_of(20), light):
+        mine = POINTS[serves(shadow_map, POINTS)]
+        nearer = mine + step * light[:3]
+        one, other = places(shadow_map, mine), places(shadow_map, nearer)
+        assert one.x == pytest.approx(other.x, abs=1e-6)
+        assert one.y == pytest.approx(other.y, abs=1e-6)
+        depths = [
+            with_one(p) @ shadow_map.matrix[2] / (with_one(p) @ shadow_map.matrix[3]) for p in (mine, nearer)
+        ]
+        assert (depths[1] < depths[0]).all()
+
+
+@pytest.mark.parametrize("ratio", [10, 1000])
+def test_logarithmic_maps_space_depth_evenly_on_the_side_faces(ratio):
+    """y' = ln(z/n) / ln(f/n) on the face itself, and x fills the map everywhere."""
+    view = view_of(ratio)
+    for face in faces(view)[:4]:
+        outward = directional_light(view.eye + view.axes[2] * 3 - face.corners.mean(axis=0) / ratio)
+        for shadow_map in make_maps("logpsm", view, outward):
+            if shadow_map.name != face.name:
+                continue
+            parts = np.linspace(0, 1, 9)[:, None]
+            for near, far, x in ((0, 3, 0.0), (1, 2, 1.0)):
+                line = face.corners[near] + parts * (face.corners[far] - face.corners[near])
+                here = places(shadow_map, line)
+                assert here.y == pytest.approx(np.log(depth_of(view, line)) / np.log(ratio), abs=1e-6)
+                assert abs(here.x - x).max() < 1e-6 or abs(here.x - (1 - x)).max() < 1e-6
+
+
+def test_figure_7_has_three_maps_from_faces():
+    """A light from behind and above to one side: two sides and the far end. The paper's figure has three,
+    too.
+    """
+    light = directional_light(np.array([0.5, -0.6, 1.0]))
+
+    assert [m.name for m in make_maps("logpsm", view_of(1000), light)] == ["left", "bottom", "far"]
+    assert len(make_maps("csm_lispsm", view_of(1000), light)) == 5
+    assert len(make_maps("standard", view_of(1000), light)) == 1
+
+
+def test_a_light_inside_the_view_leaves_through_all_six_faces():
+    light = np.array([0.2, 5.0, 0.5, 1.0])
+
+    assert len(make_maps("fp_lispsm", view_of(20), light)) == 6
+    assert {m.name.split()[0] for m in make_maps("logpsm", view_of(20), light)} == {
+        f.name for f in faces(view_of(20))
+    }
+
+
+def test_wide_side_faces_are_split():
+    """A wide view from just above: the bottom face's edges open by more than a right angle."""
+    wide = make_view(ALONG_Y._replace(fovy_degrees=100.0), 1.5, 100.0)
+    names = [m.name for m in make_maps("logpsm", wide, OVERHEAD)]
+
+    assert {"bottom 1", "bottom 2"} <= set(names)
+
+
+def test_lispsm_becomes_standard_when_the_light_shines_along_the_view():
+    light = directional_light(np.array([0.0, -1.0, 1e-7]))
+    warped, plain = make_maps("lispsm", view_of(100), light)[0], make_maps("standard", view_of(100), light)[0]
+    points = volume_samples(view_of(100), 5, 5)
+
+    assert places(warped, points).y == pytest.approx(places(plain, points).y, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("make", "what"),
+    [
+        (lambda: make_maps("standard", view_of(20), np.array([0.0, 5.0, 0.0, 1.0])), "lies in front of"),
+        (lambda: make_maps("logpms", view_of(20), OVERHEAD), "did you mean 'logpsm'"),
+        (lambda: directional_light(np.zeros(3)), "must not be zero"),
+        (lambda: view_of(0.5), "0 < near < far"),
+    ],
+)
+def test_what_cannot_be_is_said(make, what):
+    with pytest.raises(ArchsimError, match=what):
+        make()
