@@ -102,6 +102,37 @@ def _reproduce(
     reproduce(paper, out, as_json)
 
 
+@app.command("diff")
+@at_the_edge
+def _diff(
+    left: Annotated[Path, typer.Argument(metavar="A", help="A run's folder.")],
+    right: Annotated[Path, typer.Argument(metavar="B", help="Another one.")],
+    tolerance: Annotated[
+        float, typer.Option("--tolerance", metavar="PERCENT", help="Changes up to this do not count.")
+    ] = 0.0,
+    limit: Annotated[int, typer.Option("--limit", min=0, help="Statistics to print; 0: all.")] = 20,
+    as_json: Json = False,
+) -> None:
+    """Print in what two runs differ; exit code 0 if their results are equal, 1 if not."""
+    from archsim.cli.diff import diff
+
+    diff(left, right, tolerance, limit, as_json)
+
+
+@app.command("report")
+@at_the_edge
+def _report(
+    folders: Annotated[
+        list[Path], typer.Argument(metavar="DIR...", help="Folders of runs, or one of a sweep.")
+    ],
+    out: Annotated[Path | None, typer.Option("--out", metavar="FILE", help="The page to write.")] = None,
+) -> None:
+    """Write one HTML page that compares runs with the first of them, or that shows a sweep."""
+    from archsim.cli.report import report
+
+    report(folders, out)
+
+
 @sweep_app.command("run")
 @at_the_edge
 def _sweep_run(

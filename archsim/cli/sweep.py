@@ -15,12 +15,13 @@ from archsim.cli.edge import FAILED_CHECK
 from archsim.cli.watch import LiveTable
 from archsim.errors import fail
 from archsim.report.formats import number
+from archsim.report.sweep_page import sweep_report
 from archsim.sweep.analysis import finished, knee, pareto_front, sensitivity
 from archsim.sweep.conduct import Tally
 from archsim.sweep.plan import Point, make_plan, shard
 from archsim.sweep.spec import load_sweep
 from archsim.sweep.start import find_sweep, run_path, run_sweep
-from archsim.sweep.store import check_folder, read_index
+from archsim.sweep.store import check_folder, read_index, write_whole
 from archsim.sweep.table import load_table, metrics_of, parameters_of, write_table
 from archsim.sweep.workers import DaskWorkers, LocalWorkers, Workers
 
@@ -41,6 +42,7 @@ def sweep(file: str, out: Path | None, workers: tuple[int, str | None], part: st
     with LiveTable() as table:
         tally = run_sweep(config, (plan, mine), folder, (_workers(*workers), f"{index}of{count}", table))
     write_table(folder)
+    write_whole(folder / "report.html", sweep_report(folder))
     _print_tally(folder, tally)
 
 
@@ -104,7 +106,7 @@ def _print_plan(plan: list[Point], mine: list[Point]) -> None:
 def _print_tally(folder: Path, tally: Tally) -> None:
     before = f", {tally.found} were finished before" if tally.found else ""
     print(f"{tally.finished} points finished, {tally.failed} failed{before}")
-    print(f"written to {folder} (archsim sweep table {folder})")
+    print(f"written to {folder} (open {folder}/report.html)")
     if tally.failed:
         print(f"{tally.failed} points failed; why, and how to repeat them: {folder}/failed", file=sys.stderr)
         raise typer.Exit(FAILED_CHECK)

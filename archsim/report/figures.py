@@ -23,7 +23,7 @@ VERMILLION, PURPLE, YELLOW, GREY = "#D55E00", "#CC79A7", "#F0E442", "#BBBBBB"
 OUTCOMES = (GREEN, SKY, VERMILLION)  # hits, what is between, the bad case
 _SUPPLIERS = (SKY, BLUE, ORANGE, YELLOW)  # of stalls on caches, nearest to the cores first
 
-_STYLED = matplotlib.rc_context(
+STYLED = matplotlib.rc_context(
     {
         "svg.fonttype": "none",
         "svg.hashsalt": "archsim",
@@ -38,7 +38,7 @@ _STYLED = matplotlib.rc_context(
 )
 
 
-@_STYLED
+@STYLED
 def speed_of_light(shares: Sequence[tuple[str, float]]) -> str:
     """How near each resource is to its peak: (label, per cent of peak)."""
     figure = Figure(figsize=(11.4, 0.6 + 0.34 * len(shares)), layout="constrained")
@@ -49,10 +49,10 @@ def speed_of_light(shares: Sequence[tuple[str, float]]) -> str:
     axes.bar_label(bars, [f"{value:.1f} %" for value in values], padding=4)
     axes.set(xlim=(0, 108), xlabel="share of the resource's peak [%]")
     axes.invert_yaxis()
-    return _svg(figure, "light")
+    return as_svg(figure, "light")
 
 
-@_STYLED
+@STYLED
 def stall_stack(phases: Mapping[str, Phase]) -> str:
     """What became of the issue slots of each phase; beside it the empty ones alone, larger."""
     figure = Figure(figsize=(11.4, 1.3 + 0.42 * len(phases)), layout="constrained")
@@ -66,10 +66,10 @@ def stall_stack(phases: Mapping[str, Phase]) -> str:
     empty.set_xlim(0, max(empty.get_xlim()[1], 0.1))
     whole.invert_yaxis()
     _legend(figure, [*whole.containers, *empty.containers])
-    return _svg(figure, "stalls")
+    return as_svg(figure, "stalls")
 
 
-@_STYLED
+@STYLED
 def shares(rows: Mapping[str, Mapping[str, float]], colours: Sequence[str], unit: str, key: str) -> str:
     """Stacked bars of row -> {part: amount}, each row as shares of its total."""
     figure = Figure(figsize=(11.4, 1.1 + 0.36 * len(rows)), layout="constrained")
@@ -81,10 +81,10 @@ def shares(rows: Mapping[str, Mapping[str, float]], colours: Sequence[str], unit
     axes.set(xlim=(0, 100), xlabel=f"share of {unit} [%]")
     axes.invert_yaxis()
     _legend(figure, axes.containers)
-    return _svg(figure, key)
+    return as_svg(figure, key)
 
 
-@_STYLED
+@STYLED
 def histogram(data: Histogram, key: str) -> str:
     """Counts over values; a logarithmic count axis, and the mean marked."""
     counts = np.asarray(data.counts)
@@ -100,10 +100,10 @@ def histogram(data: Histogram, key: str) -> str:
     if counts.any():
         axes.set_yscale("log")
     axes.legend(frameon=False)
-    return _svg(figure, key)
+    return as_svg(figure, key)
 
 
-@_STYLED
+@STYLED
 def heat_map(title: str, image: np.ndarray, key: str) -> str:
     """An image with its colour bar; grey where there is nothing to show. Few very large values don't flatten it."""
     figure = Figure(figsize=(5.6, 4.3), layout="constrained")
@@ -118,7 +118,7 @@ def heat_map(title: str, image: np.ndarray, key: str) -> str:
     )
     figure.colorbar(drawn, ax=axes, extend="max" if clipped else "neither", shrink=0.8)
     axes.set(title=title, xlabel="column", ylabel="row")
-    return _svg(figure, key)
+    return as_svg(figure, key)
 
 
 def _reason_colours(phase: Phase) -> dict[str, str]:
@@ -147,7 +147,7 @@ def _ink(colour: str) -> str:
     return "white" if colour in (GREEN, BLUE, VERMILLION) else "black"
 
 
-def _svg(figure: Figure, key: str) -> str:
+def as_svg(figure: Figure, key: str) -> str:
     """The figure as an SVG element; `key` keeps its ids apart from those of the other figures of a page."""
     stream = io.StringIO()
     figure.savefig(stream, format="svg", metadata={"Date": None})

@@ -9,7 +9,7 @@ import jinja2
 import numpy as np
 
 from archsim.report.formats import number, percent, words
-from archsim.run.folder import shadow_png
+from archsim.run.folder import png, shadow_colours
 
 
 def render(template: str, **values: Any) -> str:
@@ -27,7 +27,12 @@ def render(template: str, **values: Any) -> str:
 
 def shadow_uri(shadow: np.ndarray) -> str:
     """The mask as a PNG inside the page."""
-    return "data:image/png;base64," + base64.b64encode(shadow_png(shadow)).decode()
+    return png_uri(shadow_colours(shadow))
+
+
+def png_uri(colours: np.ndarray) -> str:
+    """An image uint8 [height, width, 3] as a PNG inside the page."""
+    return "data:image/png;base64," + base64.b64encode(png(colours)).decode()
 
 
 def shadow_caption(shadow: np.ndarray) -> str:

@@ -31,7 +31,7 @@ class StoredRun(NamedTuple):
     """A run folder, read back."""
 
     path: Path
-    result: Result  # without histograms and maps, which live in the report only
+    result: Result  # without histograms and maps; the mask is empty if the folder, a sweep's point, has none
     config_yaml: str
     manifest: dict[str, Any]
 
@@ -159,18 +159,22 @@ def fill_run(folder: Path, files: RunFiles) -> None:
     (folder / "result.json").write_text(result_json(files.result), encoding="utf-8")
     (folder / "config.yaml").write_text(files.config_yaml, encoding="utf-8")
     np.save(folder / "shadow.npy", np.asarray(files.result.shadow, dtype=bool))
-    (folder / "shadow.png").write_bytes(shadow_png(files.result.shadow))
+    (folder / "shadow.png").write_bytes(png(shadow_colours(files.result.shadow)))
     (folder / "report.html").write_text(files.report_html, encoding="utf-8")
     (folder / MANIFEST).write_text(as_json(files.manifest), encoding="utf-8")
 
 
-def shadow_png(shadow: np.ndarray) -> bytes:
-    """The mask [height, width] as a PNG, row 0 at the top, shadow dark."""
+def shadow_colours(shadow: np.ndarray) -> np.ndarray:
+    """The mask as an image uint8 [height, width, 3], shadow dark."""
+    return np.array([_LIT, _SHADOWED], dtype=np.uint8)[np.asarray(shadow, dtype=np.intp)]
+
+
+def png(colours: np.ndarray) -> bytes:
+    """An image uint8 [height, width, 3] as a PNG, row 0 at the top."""
     from matplotlib.image import imsave  # late: slow to import
 
-    colours = np.array([_LIT, _SHADOWED], dtype=np.uint8)
     stream = io.BytesIO()
-    imsave(stream, colours[np.asarray(shadow, dtype=np.intp)], format="png")
+    imsave(stream, colours, format="png")
     return stream.getvalue()
 
 
@@ -224,6 +228,8 @@ def _read_json(path: Path) -> dict[str, Any]:
 
 
 def _read_shadow(path: Path) -> np.ndarray:
+    if not path.exists():
+        return np.zeros((0, 0), np.bool_)
     try:
         shadow = np.load(path, allow_pickle=False)
     except (OSError, ValueError, EOFError) as error:
