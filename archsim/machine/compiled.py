@@ -25,10 +25,11 @@ from archsim.model.cache.compiled import (
     new_caches,
 )
 from archsim.model.cache.spec import DRAM_PARENT
-from archsim.model.compiled import NEVER, grown, new_queues
+from archsim.model.compiled import NEVER, grown, integers, new_queues
 from archsim.model.core.compiled import NO_TASK, new_cores
 from archsim.model.core.spec import TaskOrder
-from archsim.model.dram.compiled import DRAM_COUNTERS, new_dram
+from archsim.model.dram.commands import DRAM_COUNTERS
+from archsim.model.dram.compiled import new_dram
 from archsim.model.fifo.compiled import new_fifo
 from archsim.model.locks.compiled import new_locks
 from archsim.model.unit.compiled import new_source
@@ -72,21 +73,16 @@ def _machine(spec: MachineSpec) -> Machine:
     parents = [cache.parent for cache in spec.caches]
     _check(spec)
     return Machine(
-        core=_integers(spec.core),
-        source=_integers(spec.source),
-        fifo=_integers(spec.fifo),
+        core=integers(spec.core),
+        source=integers(spec.source),
+        fifo=integers(spec.fifo),
         caches=cache_table(spec.caches),
-        dram=_integers(spec.dram),
+        dram=integers(spec.dram),
         core_cache=np.array(spec.core_cache, np.int64),
         is_private=np.array([n == 1 and cache not in parents for cache, n in enumerate(users)], np.bool_),
         bursts=np.array([cache.line_bytes // beats_bytes for cache in spec.caches], np.int64),
         spare_slots=spec.core.num_cores + 2 * sum(cache.num_ports for cache in spec.caches),
     )
-
-
-def _integers(spec: Any) -> Any:
-    """A spec whose fields, enums and NumPy scalars too, are plain integers."""
-    return type(spec)(*[_integers(field) if isinstance(field, tuple) else int(field) for field in spec])
 
 
 def _check(spec: MachineSpec) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -24,6 +24,11 @@ def record(*fields: str, indices: Sequence[str] = ()) -> np.dtype:
     return np.dtype(
         [*((name, np.uint32) for name in indices), *((name, np.int64) for name in fields)], align=True
     )
+
+
+def integers(spec: Any) -> Any:
+    """A spec whose fields, enums and NumPy scalars too, are plain integers: one compilation serves all."""
+    return type(spec)(*[integers(field) if isinstance(field, tuple) else int(field) for field in spec])
 
 
 ENDS = record(indices=("head", "count", "mask"))

@@ -1,4 +1,4 @@
-"""The commands of a channel, as a simulation records them."""
+"""The commands of a channel, as a simulation records them, and what is counted."""
 
 from enum import IntEnum
 
@@ -19,4 +19,18 @@ class Command(IntEnum):
 # One command. Of RD and WR, `bursts` go out `n_ccd_l` apart; PREA and REF have bank, row and column 0.
 COMMAND = np.dtype(
     [(name, np.int64) for name in ("clock", "channel", "command", "bank", "row", "column", "bursts")]
+)
+
+# Counters of a channel; machine/README.md says when they count.
+DRAM_COUNTERS = (
+    "reads",
+    "writes",
+    "forwarded",
+    "row_hits",
+    "row_misses",
+    "row_conflicts",
+    "activates",
+    "precharges",
+    "refreshes",
+    "data_clocks",
 )

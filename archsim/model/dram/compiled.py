@@ -11,7 +11,6 @@ from archsim.model.dram.compiled_plan import drains, plan
 from archsim.model.dram.compiled_state import (
     CLOSED,
     COLUMN,
-    DRAM_COUNTERS,
     NO_REQUESTER,
     PLAN_AGAIN,
     REFRESH,
@@ -23,7 +22,6 @@ from archsim.model.dram.compiled_window import enter, next_entry, ring_of
 from archsim.model.dram.spec import Scheduler
 
 __all__ = [
-    "DRAM_COUNTERS",
     "NO_REQUESTER",
     "DramState",
     "answer_cycle",
@@ -157,6 +155,7 @@ def _serve_first(spec, state, clock, number):
         request = oldest(state.queue, number)
         channel["row_hits"] += 1
         channel["data_clocks"] += request["bursts"] * (spec.burst_beats // spec.clock_beats)
+        channel["data_end"] = clock + spec.timing.n_cl
         if request["is_write"] != 0:
             channel["writes"] += 1
         else:

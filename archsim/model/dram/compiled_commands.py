@@ -127,6 +127,7 @@ def column(spec, state, clock, number, slot):
     read_in_group = last + timing.n_ccd_l
     if is_write != 0:
         written = last + timing.n_wl + spec.burst_beats // spec.clock_beats
+        raise_to(channel, "data_end", written)
         channel["writes"] += 1
         raise_to(channel, "read", written + timing.n_wtr)
         raise_to(bank, "pre", written + timing.n_wr)
@@ -134,6 +135,7 @@ def column(spec, state, clock, number, slot):
     else:
         channel["reads"] += 1
         channel["data_beats"] = (last + timing.n_cl) * spec.clock_beats + spec.burst_beats - 1
+        raise_to(channel, "data_end", last + timing.n_cl + spec.burst_beats // spec.clock_beats)
         raise_to(channel, "write", last + timing.n_rtw)
         raise_to(bank, "pre", last + timing.n_rtp)
     if spec.num_groups > 1:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from archsim.model.compiled import NEVER, QueueState, new_queues, record
-from archsim.model.dram.commands import COMMAND
+from archsim.model.dram.commands import COMMAND, DRAM_COUNTERS
 from archsim.model.dram.spec import DramSpec
 
 CLOSED = -1  # no row is open
@@ -21,18 +21,6 @@ PLAN_AGAIN, COLUMN, ROW, CLOSE, REFRESH = range(5)
 ACTIVATES_OF_WINDOW = 4  # n_faw: the window holds four ACT
 LONG_AGO = -(1 << 40)  # of an ACT that there has not been
 
-DRAM_COUNTERS = (
-    "reads",
-    "writes",
-    "forwarded",
-    "row_hits",
-    "row_misses",
-    "row_conflicts",
-    "activates",
-    "precharges",
-    "refreshes",
-    "data_clocks",
-)
 _BANK_FIELDS = (
     "open_row",  # row in the row buffer, or CLOSED
     "read",  # earliest RD
@@ -48,6 +36,7 @@ _CHANNEL_FIELDS = (
     "last_burst",  # column command of the last request's last burst
     "next_refresh",  # when a REF is due
     "data_beats",  # beats of time until the data of the read answered last is here
+    "data_end",  # when the data of all requests served so far has moved
     "last_wake",  # clock at which the channel was last woken
     "is_draining",  # whether writes are served, if they have a queue of their own
     "sent",  # requests sent to the channel

@@ -64,6 +64,7 @@ class Channel:
         self.is_draining = False  # whether writes are served
         self.num_arrived = 0
         self.banks = Banks(spec)
+        self.data_end = 0  # when the data of all requests served so far has moved
         self.burst_clocks: list[int] = []  # when the last column command needs the command bus
         self.next_refresh = spec.timing.n_refi
 
@@ -112,6 +113,7 @@ class Channel:
     def _serve_all(self, m: int) -> None:
         """IDEAL: whatever is here is served, as if its row were open."""
         for queued in self.reads:
+            self.data_end = m + self.spec.timing.n_cl
             self.counts["row_hits"] += 1
             self.counts["data_clocks"] += queued.num_bursts * self.spec.burst_clocks
             self.counts["writes" if queued.is_write else "reads"] += 1
@@ -243,6 +245,8 @@ class Channel:
         self.counts["data_clocks"] += bursts * spec.burst_clocks
         command = Command.WR if queued.is_write else Command.RD
         self.record(m, self.index, command, bank.number, queued.row, queued.column, bursts)
+        to_data = spec.timing.n_wl if queued.is_write else spec.timing.n_cl
+        self.data_end = max(self.data_end, last + to_data + spec.burst_clocks)
         if queued.is_write:
             self.writes.remove(queued)
             self.counts["writes"] += 1

@@ -1,0 +1,47 @@
+"""Both models of a DRAM alone serve every stream alike, command by command."""
+
+import itertools
+
+import numpy as np
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from archsim.machine.dram_alone import compiled, reference
+from archsim.machine.dram_alone.stream import Requests
+from archsim.model.dram.commands import COMMAND
+from tests.machine.strategies import drams
+
+REQUEST_BYTES = 32
+
+
+@st.composite
+def streams(draw):
+    """Requests near each other, in bursts and alone."""
+    rng = np.random.default_rng(draw(st.integers(0, 2**32)))
+    count, footprint = draw(st.integers(0, 60)), draw(st.sampled_from([2, 8, 64]))
+    addresses = rng.integers(0, footprint, count) * REQUEST_BYTES
+    gaps = rng.integers(0, draw(st.sampled_from([1, 3, 40])), count)
+    is_write = rng.random(count) < draw(st.sampled_from([0.0, 0.3, 0.7]))
+    return Requests(addresses, is_write, np.cumsum(gaps))
+
+
+def served(model, spec, stream, sizes=()):
+    recorded = [np.zeros(0, COMMAND)]
+    cuts = [0, *np.cumsum(sizes).tolist(), len(stream.addresses)]
+    chunks = [Requests(*(column[a:b] for column in stream)) for a, b in itertools.pairwise(cuts)]
+    run = model.simulate(spec, REQUEST_BYTES, chunks, recorded.append)
+    commands = np.concatenate(recorded)
+    return run, commands[np.lexsort((commands["channel"], commands["clock"]))]
+
+
+@settings(max_examples=300, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+@given(st.sampled_from([1, 3]).flatmap(lambda ticks: drams(ticks, REQUEST_BYTES)), streams())
+def test_both_models_serve_a_stream_alike(spec, stream):
+    believed, wanted = served(reference, spec, stream)
+    used, found = served(compiled, spec, stream, sizes=(len(stream.addresses) // 3,))
+
+    assert found.tolist() == wanted.tolist()
+    for name, value in believed._asdict().items():
+        assert np.array_equal(getattr(used, name), value) if name != "counters" else True, name
+    for name, value in believed.counters.items():
+        assert np.array_equal(used.counters[name], value), name
