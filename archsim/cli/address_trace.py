@@ -14,12 +14,14 @@ from archsim.cli.configs import find_config
 from archsim.cli.edge import FAILED_CHECK
 from archsim.config import MachineConfig, load_machine
 from archsim.config.components import CoreConfig
+from archsim.config.dram import DramConfig, IdealDramConfig
 from archsim.errors import did_you_mean, fail
 from archsim.machine.build import group_machine
 from archsim.machine.play import MODELS
 from archsim.report.formats import number, words
 from archsim.run.folder import as_json
 from archsim.run.replay import Play, Replay, level_named, replay_with_time, replay_without_time
+from archsim.run.replay_dram import dram_part, replay_on_dram
 from archsim.trace.accesses import Accesses
 from archsim.trace.files import read_accesses
 from archsim.trace.formats.languages import Format, Language, format_named
@@ -72,18 +74,27 @@ def _check(options: ReplayOptions) -> None:
     """ArchsimError for options that do not go together."""
     if options.flush and not options.functional:
         raise fail("--flush: only with --functional")
+    if options.functional and options.to == "dram":
+        raise fail("--functional: a DRAM is replayed with time only")
     if options.model not in MODELS:
         raise fail(f"--model: no model is named '{options.model}'", hint=did_you_mean(options.model, MODELS))
 
 
 def _replayed(file: Path, form: Format, machine: MachineConfig, options: ReplayOptions, bars: Bars) -> Replay:
-    phase = group_machine(machine, _group(machine, options.cores))
-    level = level_named(phase, options.to)
     name = f"{file.name} on {machine.name}"
+    if (
+        options.to == "dram"
+        or machine.find(options.to, DramConfig)
+        or machine.find(options.to, IdealDramConfig)
+    ):
+        part = dram_part(machine, None if options.to == "dram" else options.to)
+        return replay_on_dram(name, read_accesses(file, form), part, options.model)
 
     def reopen() -> Accesses:
         return read_accesses(file, form)
 
+    phase = group_machine(machine, _group(machine, options.cores))
+    level = level_named(phase, options.to)
     if options.functional:
         ends_flushed = form.language in (Language.DINERO, Language.XDIN)
         flush = ends_flushed if options.flush is None else options.flush
@@ -110,4 +121,6 @@ def _print_replay(found: Replay) -> None:
     table.add_column()
     for name, value in found.summary.items():
         table.add_row(words(name), number(value), units.get(name, ""))
+    for bucket in found.latency:
+        table.add_row(f"reads of {bucket.least} to {bucket.most} clocks", number(bucket.reads), "reads")
     Console().print(table)

@@ -50,7 +50,9 @@ def _replay(
     ],
     to: Annotated[
         str,
-        typer.Option("--to", metavar="LEVEL", help="Who gets the accesses: l1, l2 ... or a cache's name."),
+        typer.Option(
+            "--to", metavar="LEVEL", help="Who gets the accesses: l1, l2 ..., a cache's name, or dram."
+        ),
     ] = "l1",
     cores: Annotated[
         str | None,

@@ -35,7 +35,8 @@ SECTIONS = [
         "replay",
         replay_statistics.REPLAY,
     ),
-    Section("Replayed with time: the DRAM's speed", "dram", replay_statistics.TIMED_DRAM),
+    Section("Replayed with time: the DRAM's speed", "dram", replay_statistics.SPEED),
+    Section("Replayed on a DRAM alone, besides the same", "dram", replay_statistics.READ_TIMES),
 ]
 
 _HEAD = """\

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,10 +19,18 @@ from archsim.model.unit.spec import UnitSpec
 from archsim.run.measure import measured
 from archsim.run.metrics import CACHES, DRAM, CacheView, DramView, PhaseView, phase_checks
 from archsim.run.progress import Progress
-from archsim.run.replay_statistics import LEVEL, MEMORY, REPLAY, TIMED_DRAM, TRACE
+from archsim.run.replay_statistics import LEVEL, MEMORY, REPLAY, SPEED, TRACE, speed_below_caches
 from archsim.run.result import Check, Statistic
 from archsim.trace.access_work import Reopen, dealt_work, requesters_work
 from archsim.trace.accesses import Kind
+
+
+class Bucket(NamedTuple):
+    """Reads that took from `least` to `most` clocks."""
+
+    least: int
+    most: int
+    reads: int
 
 
 class Replay(NamedTuple):
@@ -32,6 +40,7 @@ class Replay(NamedTuple):
     summary: dict[str, Any]  # plain JSON values: the few numbers a person asks for first
     statistics: list[Statistic]
     checks: list[Check]
+    latency: list[Bucket]  # how long reads took, if that was counted
 
     @property
     def ok(self) -> bool:
@@ -44,10 +53,11 @@ class Replay(NamedTuple):
             "summary": self.summary,
             "statistics": [statistic._asdict() for statistic in self.statistics],
             "checks": [check._asdict() for check in self.checks],
+            "latency": [bucket._asdict() for bucket in self.latency],
         }
 
 
-class _Census:
+class Census:
     """Counts what passes."""
 
     def __init__(self) -> None:
@@ -75,7 +85,7 @@ def level_named(machine: PhaseMachine, name: str) -> int:
 def replay_without_time(name: str, reopen: Reopen, machine: PhaseMachine, cache: int, flush: bool) -> Replay:
     """Counts as Dinero IV makes them: every access is finished before the next; `flush` writes dirty lines back."""
     path = path_from(machine, cache)
-    chain, census = new_chain([machine.spec.caches[k] for k in path]), _Census()
+    chain, census = new_chain([machine.spec.caches[k] for k in path]), Census()
     for chunk in census.watch(reopen()):
         addresses, sizes = np.ascontiguousarray(chunk["address"]), chunk["bytes"].astype(np.int64)
         replay_chain(chain, addresses, sizes, chunk["kind"] == Kind.WRITE)
@@ -91,7 +101,7 @@ def replay_without_time(name: str, reopen: Reopen, machine: PhaseMachine, cache:
     for level, number in names:
         statistics += measured(level, LEVEL, counts[number])
     statistics += measured("dram", MEMORY, counts[-1])
-    return _replay(name, statistics, [], _wanted([machine.cache_names[k] for k in path], ["requests"]))
+    return replay_of(name, statistics, [], _wanted([machine.cache_names[k] for k in path], ["requests"]))
 
 
 class Play(NamedTuple):
@@ -104,7 +114,7 @@ class Play(NamedTuple):
 
 def replay_with_time(name: str, reopen: Reopen, machine: PhaseMachine, cache: int, how: Play) -> Replay:
     """Every requester makes its accesses in order, the next when the one before has been answered."""
-    census = _Census()
+    census = Census()
     for _ in census.watch(reopen()):
         pass
     line_bytes = machine.spec.caches[cache].line_bytes
@@ -138,7 +148,7 @@ def _with_requesters(machine: PhaseMachine, cache: int, num_requesters: int) -> 
     return machine._replace(spec=spec)
 
 
-def _timed_result(name: str, machine: PhaseMachine, counters: Counters, census: _Census) -> Replay:
+def _timed_result(name: str, machine: PhaseMachine, counters: Counters, census: Census) -> Replay:
     view = PhaseView(machine, counters)
     distinct = list(dict.fromkeys(machine.cache_names))
     names = _both_names(distinct)
@@ -146,10 +156,12 @@ def _timed_result(name: str, machine: PhaseMachine, counters: Counters, census: 
     for level, number in names:
         members = [k for k, other in enumerate(machine.cache_names) if other == distinct[number]]
         statistics += measured(level, CACHES, CacheView(view, members))
-    statistics += measured("dram", DRAM, DramView(view)) + measured("dram", TIMED_DRAM, DramView(view))
+    statistics += measured("dram", DRAM, DramView(view)) + measured(
+        "dram", SPEED, speed_below_caches(DramView(view))
+    )
     dram = ["requests", "row_hits", "row_misses", "row_conflicts", "gigabytes_per_second", "peak_percent"]
     wanted = ["replay.cycles", *_wanted(distinct, dram)]
-    return _replay(name, statistics, phase_checks("replay", machine, counters), wanted)
+    return replay_of(name, statistics, phase_checks("replay", machine, counters), wanted)
 
 
 def _wanted(levels: list[str], dram: list[str]) -> list[str]:
@@ -166,7 +178,14 @@ def _both_names(names: list[str]) -> list[tuple[str, int]]:
     )
 
 
-def _replay(name: str, statistics: list[Statistic], checks: list[Check], wanted: list[str]) -> Replay:
+def replay_of(
+    name: str,
+    statistics: list[Statistic],
+    checks: list[Check],
+    wanted: list[str],
+    latency: Sequence[Bucket] = (),
+) -> Replay:
+    """A replay whose summary are the `wanted` statistics."""
     values = {statistic.name: statistic.value for statistic in statistics}
     summary = {name: values[name] for name in wanted} | {"checks_passed": all(check.ok for check in checks)}
-    return Replay(name, summary, statistics, checks)
+    return Replay(name, summary, statistics, checks, list(latency))

@@ -84,3 +84,17 @@ def test_machines_and_files_that_are_not_there(tmp_path):
     (tmp_path / "a.din").write_text("0 0\n")
     result = archsim_("replay", "a.din", "--format", "dinero", "--machine", "tinny", exit_code=2)
     assert "no packaged machine 'tinny'; did you mean 'tiny'?" in result.stderr
+
+
+def test_a_trace_may_go_straight_to_the_dram(tmp_path):
+    (tmp_path / "a.din").write_text("0 0\n1 40\n0 2000000\n")
+
+    tree = json.loads(replay("--to", "dram", "--json").stdout)
+
+    assert tree["summary"]["dram.requests"] == 3
+    assert sum(bucket["reads"] for bucket in tree["latency"]) == 2
+    assert "reads of 16 to 31 clocks" in replay("--to", "dram").stdout
+    assert (
+        "--functional: a DRAM is replayed with time only"
+        in replay("--to", "dram", "--functional", exit_code=2).stderr
+    )

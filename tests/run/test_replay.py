@@ -10,6 +10,7 @@ from archsim.errors import ArchsimError
 from archsim.machine.build import group_machine
 from archsim.run.progress import silent
 from archsim.run.replay import Play, level_named, replay_with_time, replay_without_time
+from archsim.run.replay_dram import dram_part, replay_on_dram
 from archsim.trace.accesses import ACCESS, Kind
 
 TINY = load_machine("machines/tiny.yaml")
@@ -142,3 +143,49 @@ def test_misses_with_time_are_those_without(first, second):
 def test_both_models_replay_alike(rows, outstanding):
     reopen = trace(rows) if rows else trace()
     assert timed(reopen, outstanding=outstanding) == timed(reopen, model="reference", outstanding=outstanding)
+
+
+def on_dram(*rows, machine=TINY, model="compiled"):
+    """Rows of (cycle, address, kind)."""
+    array = np.array([(cycle, address, 1, 0, kind) for cycle, address, kind in rows], ACCESS)
+    part = dram_part(machine, None)
+    return replay_on_dram("t", iter([array] if len(array) else []), part, model)
+
+
+@pytest.mark.parametrize("model", ["reference", "compiled"])
+def test_a_dram_alone_takes_requests_as_soon_as_its_queue_has_room(model):
+    """tiny: lines of 64 bytes, 16 a row; ACT 0, RD 4 and 8, data from 7 to 15; the next lines' data follows."""
+    found = on_dram(*[(0, 64 * line + 3, R) for line in range(8)], model=model)
+    got = values(found)
+
+    assert got["dram.requests"] == got["dram.reads"] == 8
+    assert (got["dram.row_hits"], got["dram.row_misses"], got["dram.row_conflicts"]) == (4, 4, 0)
+    assert got["dram.cycles"] == 4 + 3 + 8 * 8
+    assert got["dram.gigabytes_per_second"] == pytest.approx(8 * 64 / 71)
+    assert got["dram.peak_percent"] == pytest.approx(100 * 64 / 71)
+    assert sum(bucket.reads for bucket in found.latency) == 8
+    assert all(bucket.least <= bucket.most for bucket in found.latency)
+
+
+def test_a_dram_alone_follows_the_cycles_of_the_trace():
+    got = values(on_dram((0, 0, R), (1000, 64, R)))
+
+    assert got["dram.cycles"] == 1000 + 3 + 8
+    assert got["dram.longest_read_clocks"] == 15
+    assert got["dram.median_read_clocks"] == 11
+    assert got["dram.average_entry_clocks"] == 0
+
+
+def test_addresses_beyond_the_memory_begin_again():
+    capacity = dram_part(TINY, None).capacity_bytes
+    assert values(on_dram((0, 0, R), (0, capacity, R)))["dram.row_conflicts"] == 0
+
+
+def test_a_dram_without_requests():
+    got = values(on_dram())
+    assert got["dram.requests"] == got["dram.median_read_clocks"] == got["dram.gigabytes_per_second"] == 0
+
+
+def test_an_unknown_dram_is_named():
+    with pytest.raises(ArchsimError, match="which DRAM\\? The machine has no 'drum'; did you mean 'dram'"):
+        dram_part(TINY, "drum")
