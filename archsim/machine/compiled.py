@@ -21,15 +21,17 @@ from archsim.model.cache.compiled import (
     READ,
     WRITE,
     WRITEBACK,
+    CacheState,
     cache_table,
     new_caches,
 )
-from archsim.model.cache.spec import DRAM_PARENT
+from archsim.model.cache.spec import DRAM_PARENT, CacheSpec
 from archsim.model.compiled import NEVER, grown, integers, new_queues
 from archsim.model.core.compiled import NO_TASK, new_cores
 from archsim.model.core.spec import TaskOrder
 from archsim.model.dram.commands import DRAM_COUNTERS
-from archsim.model.dram.compiled import new_dram
+from archsim.model.dram.compiled import DramState, new_dram
+from archsim.model.dram.spec import DramSpec
 from archsim.model.fifo.compiled import new_fifo
 from archsim.model.locks.compiled import new_locks
 from archsim.model.unit.compiled import new_source
@@ -71,7 +73,7 @@ def _machine(spec: MachineSpec) -> Machine:
     beats_bytes = spec.dram.burst_beats * spec.dram.beat_bytes
     users = [sum(user == cache for user in spec.core_cache) for cache in range(len(spec.caches))]
     parents = [cache.parent for cache in spec.caches]
-    _check(spec)
+    check_memory(spec.caches, spec.dram)
     return Machine(
         core=integers(spec.core),
         source=integers(spec.source),
@@ -85,18 +87,18 @@ def _machine(spec: MachineSpec) -> Machine:
     )
 
 
-def _check(spec: MachineSpec) -> None:
+def check_memory(caches: tuple[CacheSpec, ...], dram: DramSpec) -> None:
     """ArchsimError for addresses that would lead outside a table."""
-    for number, cache in enumerate(spec.caches):
+    for number, cache in enumerate(caches):
         if cache.parent == DRAM_PARENT:
             continue
-        if not number < cache.parent < len(spec.caches):
+        if not number < cache.parent < len(caches):
             raise fail(f"cache {number}: its parent {cache.parent} is not a cache behind it")
-        if cache.line_bytes > spec.caches[cache.parent].line_bytes:
+        if cache.line_bytes > caches[cache.parent].line_bytes:
             raise fail(f"cache {number}: its lines are longer than those of its parent")
-    if 1 << spec.dram.channel.bits > spec.dram.num_channels:
+    if 1 << dram.channel.bits > dram.num_channels:
         raise fail("dram: the channel field addresses more channels than there are")
-    if 1 << spec.dram.bank.bits > spec.dram.num_banks:
+    if 1 << dram.bank.bits > dram.num_banks:
         raise fail("dram: the bank field addresses more banks than there are")
 
 
@@ -183,17 +185,10 @@ def _waits_for(spec: MachineSpec, state: State, number: int) -> str:
 
 def _counters(spec: MachineSpec, state: State) -> Counters:
     """What the state says at the end of a run."""
-    cores, caches, channels, locks = (
-        state.core.cores,
-        state.cache.caches,
-        state.dram.channels,
-        state.locks.counts[0],
-    )
+    cores, locks = state.core.cores, state.locks.counts[0]
     run, period = state.run[0], spec.core.period_ticks
     stalled = state.core.stalled.copy()
     stalled[:, STALL_NO_WORK] += run["last_finish"] - cores["after_issue"]
-    is_blocked = caches["blocked_since"] != NOT_BLOCKED
-    by_kind, by_outcome = state.cache.accepted.sum(axis=2), state.cache.accepted.sum(axis=1)
     return Counters(
         cycles=int(run["last_finish"]),
         stalled=stalled,
@@ -201,15 +196,27 @@ def _counters(spec: MachineSpec, state: State) -> Counters:
         locks_taken=int(locks["taken"]),
         locks_waited=int(locks["waited"]),
         lock_wait_ticks=int(locks["wait_cycles"]) * period,
-        cache_reads=by_kind[:, READ].copy(),
-        cache_writes=by_kind[:, WRITE].copy(),
-        cache_writebacks_in=by_kind[:, WRITEBACK].copy(),
-        cache_hits=by_outcome[:, HIT].copy(),
-        cache_merges=by_outcome[:, MERGE].copy(),
-        cache_misses=by_outcome[:, MISS].copy(),
-        cache_fetches=caches["fetches"].copy(),
-        cache_writebacks_out=caches["writebacks_out"].copy(),
-        cache_blocked=caches["blocked"] + np.where(is_blocked, run["cycle"] - caches["blocked_since"], 0),
-        cache_fetch_ticks=caches["fetch_cycles"] * period,
-        **{f"dram_{name}": channels[name].copy() for name in DRAM_COUNTERS},
+        **memory_counters(state.cache, state.dram, run["cycle"], period),
     )
+
+
+def memory_counters(
+    cache: CacheState, dram: DramState, last_cycle: int, period_ticks: int
+) -> dict[str, np.ndarray]:
+    """The counters of caches and DRAM by name, at the end of a run whose `last_cycle` has been played."""
+    caches, channels = cache.caches, dram.channels
+    is_blocked = caches["blocked_since"] != NOT_BLOCKED
+    by_kind, by_outcome = cache.accepted.sum(axis=2), cache.accepted.sum(axis=1)
+    return {
+        "cache_reads": by_kind[:, READ].copy(),
+        "cache_writes": by_kind[:, WRITE].copy(),
+        "cache_writebacks_in": by_kind[:, WRITEBACK].copy(),
+        "cache_hits": by_outcome[:, HIT].copy(),
+        "cache_merges": by_outcome[:, MERGE].copy(),
+        "cache_misses": by_outcome[:, MISS].copy(),
+        "cache_fetches": caches["fetches"].copy(),
+        "cache_writebacks_out": caches["writebacks_out"].copy(),
+        "cache_blocked": caches["blocked"] + np.where(is_blocked, last_cycle - caches["blocked_since"], 0),
+        "cache_fetch_ticks": caches["fetch_cycles"] * period_ticks,
+        **{f"dram_{name}": channels[name].copy() for name in DRAM_COUNTERS},
+    }

@@ -16,6 +16,7 @@ from archsim.model.cache.compiled import (
     NOT_BLOCKED,
     READ,
     REFUSED,
+    WRITE,
     WRITEBACK,
     Request,
 )
@@ -32,7 +33,7 @@ def access(spec: Machine, state: State, cycle, core, request):
     cache = spec.core_cache[core]
     at_once = spec.is_private[cache] and queue_model.num_items(state.cache.inbox, cache) == 0
     if not (at_once and _accept(spec, state, cycle, cache, request)):
-        _put(spec, state, cycle, cache, core, request)
+        put(spec, state, cycle, cache, core, request)
 
 
 @inlined_step
@@ -118,7 +119,7 @@ def _send(spec, state, arrival, cache, request):
     """The cache sends a request that reaches its next level in cycle `arrival`."""
     parent = spec.caches[cache]["parent"]
     if parent != DRAM_PARENT:
-        _put(spec, state, arrival, parent, spec.core.num_cores + cache, request)
+        put(spec, state, arrival, parent, spec.core.num_cores + cache, request)
         return
 
     arrival_ticks, is_write = arrival * spec.core.period_ticks, request.kind == WRITEBACK
@@ -130,7 +131,18 @@ def _send(spec, state, arrival, cache, request):
 
 
 @step
-def _put(spec, state, arrival, cache, rank, request):
+def access_dram(spec: Machine, state: State, cycle, rank, bursts, request):
+    """A requester asks the DRAM without a cache; `rank`, below 0, orders those of one cycle, before the caches."""
+    ticks, is_write = cycle * spec.core.period_ticks, request.kind == WRITE
+    queued = dram_model.send(spec.dram, state.dram, ticks, request.address, rank, is_write)
+    queued["bursts"] = bursts
+    queued["requester"] = _fetcher(len(spec.bursts), request.requester)
+    ring = dram_model.ring_of_request(spec.dram, request.address, is_write)
+    _look_after(spec, state, cycle, state.dram.queue, ring)
+
+
+@step
+def put(spec, state, arrival, cache, rank, request):
     """A request reaches the cache in cycle `arrival`; `rank` orders those of one cycle."""
     inbox = state.cache.inbox
     slot = queue_model.insert(inbox, cache, arrival, rank)
@@ -213,6 +225,11 @@ def _fill_tree(state, cycle, supplier):
     while num_filling > 0:
         num_filling -= 1
         cache, mshr = _mshr_of(state.filling[num_filling])
+        if cache == len(state.cache.caches):  # asked of the DRAM without a cache
+            thread = state.core.threads[mshr]
+            thread["reason"] = STALL_SUPPLIER + supplier
+            core_model.wake_now(state.core, thread)
+            continue
         cache_model.fill(state.cache, cycle, cache, mshr)
         state.run[0]["next_lookup"] = min(
             state.run[0]["next_lookup"], state.cache.caches[cache]["lookup_due"]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterable
+from collections.abc import Callable, Generator, Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,9 +13,10 @@ from archsim.machine.checking import check_tasks
 from archsim.machine.counters import Counters
 from archsim.machine.spec import MachineSpec
 from archsim.model.cache.reference import Cache, Kind
-from archsim.model.cache.spec import DRAM_PARENT
+from archsim.model.cache.spec import DRAM_PARENT, CacheSpec
 from archsim.model.core.reference import LOCK, NO_WORK, Core, State, Thread
 from archsim.model.core.spec import TaskOrder
+from archsim.model.dram.commands import DRAM_COUNTERS
 from archsim.model.dram.reference import Dram
 from archsim.model.fifo.reference import Fifo
 from archsim.model.locks.reference import Locks
@@ -58,7 +59,9 @@ class Machine:
         self.env = simpy.Environment()
         self.locks = Locks(spec.locks)
         self.dram = Dram(spec.dram, self.env, len(spec.caches), spec.core.period_ticks)
-        self.caches = self._make_caches()
+        self.caches = make_caches(
+            spec.caches, self.env, spec.core.num_cores, spec.core.period_ticks, self.dram
+        )
         self.source: Source | None = None
         take = self._make_take(tasks)
         self.cores = [
@@ -72,17 +75,6 @@ class Machine:
         sources = [] if self.source is None else [self.source]
         components: list[Any] = [*sources, *self.cores, *self.caches, *self.dram.channels]
         return [component.run() for component in components]
-
-    def _make_caches(self) -> list[Cache]:
-        """Parents first, because a child is built with its parent."""
-        spec = self.spec
-        caches: dict[int, Cache] = {}
-        for index in reversed(range(len(spec.caches))):
-            one = spec.caches[index]
-            parent = self.dram if one.parent == DRAM_PARENT else caches[one.parent]
-            sender = spec.core.num_cores + index
-            caches[index] = Cache(one, self.env, index, sender, spec.core.period_ticks, parent)
-        return [caches[index] for index in range(len(spec.caches))]
 
     def _make_take(self, tasks: list[Any]) -> Callable[[Thread], Any]:
         """How a thread gets its next task, None when it idles or retires instead."""
@@ -141,8 +133,7 @@ class Machine:
             locks_taken=self.locks.taken,
             locks_waited=self.locks.waited,
             lock_wait_ticks=self.locks.wait_ticks,
-            **self._cache_counters(),
-            **self._dram_counters(),
+            **memory_counters(self.caches, self.dram),
         )
 
     def _stalled(self, core: Core, cycles: int) -> list[int]:
@@ -151,27 +142,36 @@ class Machine:
         levels = range(len(self.caches) + 1)
         return [core.stalled[NO_WORK] + after_last, core.stalled[LOCK], *(core.stalled[i] for i in levels)]
 
-    def _cache_counters(self) -> dict[str, np.ndarray]:
-        caches = self.caches
-        return {
-            "cache_reads": _array(cache.accepted[Kind.READ] for cache in caches),
-            "cache_writes": _array(cache.accepted[Kind.WRITE] for cache in caches),
-            "cache_writebacks_in": _array(cache.accepted[Kind.WRITEBACK] for cache in caches),
-            "cache_hits": _array(cache.hits for cache in caches),
-            "cache_merges": _array(cache.merges for cache in caches),
-            "cache_misses": _array(cache.misses for cache in caches),
-            "cache_fetches": _array(cache.fetches for cache in caches),
-            "cache_writebacks_out": _array(cache.writebacks_out for cache in caches),
-            "cache_blocked": _array(cache.blocked for cache in caches),
-            "cache_fetch_ticks": _array(cache.fetch_ticks for cache in caches),
-        }
 
-    def _dram_counters(self) -> dict[str, np.ndarray]:
-        names = ["reads", "writes", "forwarded", "row_hits", "row_misses", "row_conflicts"]
-        names += ["activates", "precharges", "refreshes", "data_clocks"]
-        return {
-            f"dram_{name}": _array(channel.counts[name] for channel in self.dram.channels) for name in names
-        }
+def make_caches(
+    specs: Sequence[CacheSpec], env: simpy.Environment, first_sender: int, period_ticks: int, dram: Dram
+) -> list[Cache]:
+    """The caches over a DRAM; cache k sends behind `first_sender + k` others. Parents are made before children."""
+    caches: dict[int, Cache] = {}
+    for index in reversed(range(len(specs))):
+        parent = dram if specs[index].parent == DRAM_PARENT else caches[specs[index].parent]
+        caches[index] = Cache(specs[index], env, index, first_sender + index, period_ticks, parent)
+    return [caches[index] for index in range(len(specs))]
+
+
+def memory_counters(caches: list[Cache], dram: Dram) -> dict[str, np.ndarray]:
+    """The counters of caches and DRAM by name."""
+    return {
+        "cache_reads": _array(cache.accepted[Kind.READ] for cache in caches),
+        "cache_writes": _array(cache.accepted[Kind.WRITE] for cache in caches),
+        "cache_writebacks_in": _array(cache.accepted[Kind.WRITEBACK] for cache in caches),
+        "cache_hits": _array(cache.hits for cache in caches),
+        "cache_merges": _array(cache.merges for cache in caches),
+        "cache_misses": _array(cache.misses for cache in caches),
+        "cache_fetches": _array(cache.fetches for cache in caches),
+        "cache_writebacks_out": _array(cache.writebacks_out for cache in caches),
+        "cache_blocked": _array(cache.blocked for cache in caches),
+        "cache_fetch_ticks": _array(cache.fetch_ticks for cache in caches),
+        **{
+            f"dram_{name}": _array(channel.counts[name] for channel in dram.channels)
+            for name in DRAM_COUNTERS
+        },
+    }
 
 
 def _array(values: Iterable[int]) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""What the compiled models share: how their steps are compiled, a time that never comes, queues by arrival."""
+"""What the compiled models share: how their steps are compiled, a time that never comes, queues by arrival, counts."""
 
 from __future__ import annotations
 
@@ -109,3 +109,30 @@ def remove(queues, q, position):
     for i in range(position, 0, -1):
         queues.items[q, slot_of(queues, q, i)] = queues.items[q, slot_of(queues, q, i - 1)]
     drop_oldest(queues, q)
+
+
+REGISTERED = record("count", "before", "changed")  # a count, what it was before cycle `changed`
+
+
+@inlined_step
+def add_now(counts, number, cycle, amount):
+    """The count grows in `cycle`; others see that from the next one on."""
+    one = counts[number]
+    if one["changed"] != cycle:
+        one["before"] = one["count"]
+        one["changed"] = cycle
+    one["count"] += amount
+
+
+@inlined_step
+def seen(counts, number, cycle):
+    """The count as others see it in `cycle`."""
+    one = counts[number]
+    return one["before"] if one["changed"] == cycle else one["count"]
+
+
+def new_counts(num_counts: int) -> np.ndarray:
+    """REGISTERED [n]: all zero."""
+    counts = np.zeros(num_counts, REGISTERED)
+    counts["changed"] = -1
+    return counts

@@ -34,6 +34,23 @@ def at(env: simpy.Environment, tick: int, phase: Phase, index: int = 0) -> simpy
     return event
 
 
+class Registered:
+    """A count that others see as it was before the current tick."""
+
+    def __init__(self) -> None:
+        self.count = 0
+        self._before = 0
+        self._tick = -1
+
+    def add(self, now: int, amount: int) -> None:
+        if now != self._tick:
+            self._before, self._tick = self.count, now
+        self.count += amount
+
+    def seen(self, now: int) -> int:
+        return self._before if now == self._tick else self.count
+
+
 def call(event: simpy.Event, function: Callable[..., None], *arguments: object) -> None:
     """Call `function(*arguments)` when `event` comes."""
     assert event.callbacks is not None

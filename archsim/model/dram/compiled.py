@@ -93,7 +93,7 @@ def is_log_full(state, spare):
 
 @inlined_step
 def wake_first(spec, state):
-    """Play the clock `next_due` of the channel that is due; returns the requester of a read answered."""
+    """Play the clock `next_due` of the channel that is due; returns who is answered, or NO_REQUESTER."""
     clock, number = state.next_due[0], state.next_due[1]
     if spec.scheduler == _IDEAL:
         requester = _serve_first(spec, state, clock, number)
@@ -133,7 +133,7 @@ def _wake(spec, state, clock, number):
 
 @inlined_step
 def _carry_out(spec, state, clock, number):
-    """Issue the planned command in `clock`; returns the requester of a read served."""
+    """Issue the planned command in `clock`; returns who is answered, or NO_REQUESTER."""
     channel = state.channels[number]
     command, bank, slot = channel["plan"], channel["plan_bank"], channel["plan_slot"]
     if command == COLUMN:
@@ -149,19 +149,19 @@ def _carry_out(spec, state, clock, number):
 
 @step
 def _serve_first(spec, state, clock, number):
-    """IDEAL: serve the oldest request, as if its row were open; returns the requester of a read."""
+    """IDEAL: serve the oldest request, as if its row were open; returns who is answered."""
     channel, requester = state.channels[number], NO_REQUESTER
     if num_items(state.queue, number) > 0 and oldest(state.queue, number)["clock"] <= clock:
         request = oldest(state.queue, number)
         channel["row_hits"] += 1
         channel["data_clocks"] += request["bursts"] * (spec.burst_beats // spec.clock_beats)
         channel["data_end"] = clock + spec.timing.n_cl
+        channel["data_beats"] = (clock + spec.timing.n_cl) * spec.clock_beats
+        requester = min(request["requester"], NO_REQUESTER)
         if request["is_write"] != 0:
             channel["writes"] += 1
         else:
             channel["reads"] += 1
-            channel["data_beats"] = (clock + spec.timing.n_cl) * spec.clock_beats
-            requester = request["requester"]
         drop_oldest(state.queue, number)
     state.due[number] = NEVER
     if num_items(state.queue, number) > 0:
@@ -181,7 +181,7 @@ def _find_next_due(state):
 
 @inlined_step
 def answer_cycle(spec, state, number, core_period_ticks):
-    """The first core cycle at or after the data of the read that the channel answered last."""
+    """The first core cycle at or after the data of the request that the channel answered last."""
     ticks = state.channels[number]["data_beats"] * spec.period_ticks
     cycle_ticks = core_period_ticks * spec.clock_beats
     return (ticks + cycle_ticks - 1) // cycle_ticks

@@ -116,7 +116,7 @@ def refresh(spec, state, clock, number):
 
 @step
 def column(spec, state, clock, number, slot):
-    """RD or WR of all bursts of the request from `clock` on; it leaves its window. Returns a read's requester."""
+    """RD or WR of all bursts of the request from `clock` on; it leaves its window. Returns who is answered."""
     timing, channel, request = spec.timing, state.channels[number], state.waiting[number, slot]
     bank, is_write, bursts = state.banks[number, request["bank"]], request["is_write"], request["bursts"]
     last = clock + (bursts - 1) * timing.n_ccd_l
@@ -129,6 +129,7 @@ def column(spec, state, clock, number, slot):
         written = last + timing.n_wl + spec.burst_beats // spec.clock_beats
         raise_to(channel, "data_end", written)
         channel["writes"] += 1
+        channel["data_beats"] = (last + timing.n_wl) * spec.clock_beats + spec.burst_beats - 1
         raise_to(channel, "read", written + timing.n_wtr)
         raise_to(bank, "pre", written + timing.n_wr)
         read_in_group = max(read_in_group, written + timing.n_wtr_l)
@@ -148,7 +149,7 @@ def column(spec, state, clock, number, slot):
         command = _WR if is_write != 0 else _RD
         log(state, clock, number, command, request["bank"], request["row"], column_number, bursts)
     _leave(spec, state, number, slot)
-    return NO_REQUESTER if is_write != 0 else request["requester"]
+    return min(request["requester"], NO_REQUESTER)
 
 
 @inlined_step

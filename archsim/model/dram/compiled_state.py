@@ -12,7 +12,7 @@ from archsim.model.dram.spec import DramSpec
 
 CLOSED = -1  # no row is open
 NOBODY = 0  # the slot of no request
-NO_REQUESTER = 0  # fetches have numbers below 0
+NO_REQUESTER = 0  # who wants an answer has a number below 0
 READS, WRITES = 0, 1  # kinds of requests; without a write queue, both wait in the first window
 
 # What a channel does next.
@@ -35,7 +35,7 @@ _CHANNEL_FIELDS = (
     "act",  # earliest ACT
     "last_burst",  # column command of the last request's last burst
     "next_refresh",  # when a REF is due
-    "data_beats",  # beats of time until the data of the read answered last is here
+    "data_beats",  # beats of time until the data of the request answered last has moved
     "data_end",  # when the data of all requests served so far has moved
     "last_wake",  # clock at which the channel was last woken
     "is_draining",  # whether writes are served, if they have a queue of their own
@@ -46,7 +46,7 @@ _CHANNEL_FIELDS = (
 )
 _QUEUED_FIELDS = (
     "arrival",  # tick
-    "rank",  # cache that sent the request
+    "rank",  # cache that sent the request; below 0: who asks without a cache
     "order",  # number of the request among those sent
     "clock",  # first at or after the arrival
     "address",

@@ -34,7 +34,7 @@ class Queued:
 
     def __init__(self, request: Request, spec: DramSpec, now: int, number: int):
         self.request, self.number = request, number
-        self.is_write = request.kind is Kind.WRITEBACK
+        self.is_write = request.kind is not Kind.READ
         self.bank = bank_of(spec, request.address)
         self.row = field(request.address, spec.row)
         self.num_bursts = request.num_bytes // (spec.burst_beats * spec.beat_bytes)
@@ -117,7 +117,7 @@ class Channel:
             self.counts["row_hits"] += 1
             self.counts["data_clocks"] += queued.num_bursts * self.spec.burst_clocks
             self.counts["writes" if queued.is_write else "reads"] += 1
-            if not queued.is_write:
+            if queued.request.answer is not None:
                 self._answer(m + self.spec.timing.n_cl, 0, queued.request)
         self.reads.clear()
 
@@ -255,7 +255,8 @@ class Channel:
             self.reads.remove(queued)
             self.counts["reads"] += 1
             self.banks.read(last, bank)
-            self._answer(last + spec.timing.n_cl, spec.burst_beats - 1, queued.request)
+        if queued.request.answer is not None:
+            self._answer(last + to_data, spec.burst_beats - 1, queued.request)
 
     def _answer(self, clock: int, beats: int, request: Request) -> None:
         """The fill at the first core edge at or after `beats` beats from `clock`, which may fall between two ticks."""

@@ -1,12 +1,14 @@
-"""The fifo between the source and the cores, compiled."""
+"""Fifos, compiled: the one between the source and the cores, and those between two units."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from archsim.model.compiled import inlined_step
+from archsim.model.compiled import add_now, inlined_step, new_counts, record, seen, step
+from archsim.model.fifo.spec import FifoSpec
 
 
 class FifoState(NamedTuple):
@@ -30,3 +32,45 @@ def num_queued(state):
 def has_room(spec, state):
     """Whether the producer may push."""
     return num_queued(state) < spec.num_entries
+
+
+PIPE = record("num_entries", "peak")  # room, most items held
+
+
+class PipesState(NamedTuple):
+    """F fifos between units. Their items are known to the algorithm, so they are counted only."""
+
+    pipes: np.ndarray  # PIPE [F]
+    put_in: np.ndarray  # REGISTERED [F]
+    taken: np.ndarray  # REGISTERED [F]
+
+
+def new_pipes(specs: Sequence[FifoSpec]) -> PipesState:
+    """All empty."""
+    pipes = np.zeros(len(specs), PIPE)
+    pipes["num_entries"] = [spec.num_entries for spec in specs]
+    return PipesState(pipes, new_counts(len(specs)), new_counts(len(specs)))
+
+
+@inlined_step
+def has_item(state, cycle, number):
+    """Whether an item can be taken in `cycle`."""
+    return seen(state.put_in, number, cycle) > state.taken[number]["count"]
+
+
+@inlined_step
+def take(state, cycle, number):
+    """The oldest item leaves in `cycle`."""
+    add_now(state.taken, number, cycle, 1)
+
+
+@step
+def put(state, cycle, number):
+    """Whether an item has room in `cycle`; then it is put in."""
+    pipe = state.pipes[number]
+    held = state.put_in[number]["count"] - seen(state.taken, number, cycle)
+    if held >= pipe["num_entries"]:
+        return False
+    add_now(state.put_in, number, cycle, 1)
+    pipe["peak"] = max(pipe["peak"], held + 1)
+    return True

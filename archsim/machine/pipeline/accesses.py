@@ -1,0 +1,48 @@
+"""How units and delay streams of the compiled pipeline ask the memory, and how they notice that they are answered."""
+
+from __future__ import annotations
+
+from archsim.machine import memory
+from archsim.machine.pipeline.state import Machine, State
+from archsim.model.cache.compiled import Request
+from archsim.model.cache.spec import DRAM_PARENT
+from archsim.model.compiled import inlined_step, step
+from archsim.model.core import compiled as core_model
+
+NOBODY = -1
+
+
+@step
+def ask(spec: Machine, state: State, cycle, requester, access, where, kind):
+    """Access number `access` of the requester asks in `cycle`. `where`: the memory, first and last byte."""
+    level, first, last = where
+    number = requester * spec.core.num_threads + access
+    if level != DRAM_PARENT:
+        memory.put(spec, state, cycle, level, requester, Request(first, kind, number))
+        return
+    begin = first >> spec.burst_shift
+    bursts = (last >> spec.burst_shift) - begin + 1
+    rank = requester - spec.core.num_cores
+    memory.access_dram(spec, state, cycle, rank, bursts, Request(begin << spec.burst_shift, kind, number))
+
+
+@inlined_step
+def wake(state: State, cycle, requester):
+    """Whether the requester has answered accesses in `cycle`."""
+    core_model.wake_due(state.core, cycle, requester)
+    owner = state.core.cores[requester]
+    for word in range(owner["first_word"], owner["first_word"] + owner["num_words"]):
+        if state.core.ready[word] != 0:
+            return True
+    return False
+
+
+@inlined_step
+def next_answered(spec: Machine, state: State, requester):
+    """The number of an access of the requester that is answered and not yet dealt with, or NOBODY."""
+    word, bit = core_model.pick(state.core, requester)
+    if bit == 0:
+        return NOBODY
+    number = core_model.number_of(state.core, word, bit)
+    core_model.park(state.core, state.core.threads[number])
+    return number - requester * spec.core.num_threads
