@@ -119,6 +119,22 @@ def _diff(
     diff(left, right, tolerance, limit, as_json)
 
 
+@app.command("whatif")
+@at_the_edge
+def _whatif(
+    run: Annotated[str, typer.Argument(metavar="RUN", help="A run's YAML file, or a packaged run's name.")],
+    overrides: Overrides = None,
+    out: Out = None,
+    jobs: Annotated[int, typer.Option("--jobs", min=1, metavar="N", help="Processes.")] = 1,
+    pairs: Annotated[bool, typer.Option("--pairs/--no-pairs", help="Two ideal parts at a time, too.")] = True,
+    as_json: Json = False,
+) -> None:
+    """Make each part of a run's machine ideal in turn and print what that is worth, the most first."""
+    from archsim.cli.whatif import whatif
+
+    whatif(run, overrides or [], out, jobs, (pairs, as_json))
+
+
 @app.command("report")
 @at_the_edge
 def _report(

@@ -71,6 +71,7 @@ class LocksConfig(Section):
 
     kind: Literal["locks"]
     count: Count  # locks, numbered from 0
+    ideal: bool = False  # every LOCK is granted at once, whoever else has it
 
 
 _KINDS = {

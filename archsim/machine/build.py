@@ -52,13 +52,20 @@ def group_machine(machine: MachineConfig, group: str) -> PhaseMachine:
     spec = MachineSpec(
         CoreSpec(core.count, core.threads, periods[core.clock], int(order)),
         tuple(index if private else 0 for index in range(core.count)),
-        LocksSpec(machine.all_of(LocksConfig)[core.locks].count if core.locks else 0),
+        _locks(machine, core),
         source,
         fifo,
         caches,
         dram_spec(dram, caches[-1].line_bytes, periods[dram.clock]),
     )
     return PhaseMachine(spec, names, machine.clocks[core.clock] * periods[core.clock], dram.capacity_bytes)
+
+
+def _locks(machine: MachineConfig, core: CoreConfig) -> LocksSpec:
+    if core.locks is None:
+        return LocksSpec(0)
+    locks = machine.all_of(LocksConfig)[core.locks]
+    return LocksSpec(locks.count, locks.ideal)
 
 
 def _supply(machine: MachineConfig, core: CoreConfig) -> tuple[UnitSpec, FifoSpec]:

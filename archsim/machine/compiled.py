@@ -120,7 +120,7 @@ def _initial_state(spec: MachineSpec, machine: Machine, num_tasks: int) -> State
     run["next_answer"] = run["next_lookup"] = NEVER
     return State(
         core=new_cores(machine.core, STALL_SUPPLIER + num_caches + 1, longest_wake),
-        locks=new_locks(spec.locks.num_locks, num_threads),
+        locks=new_locks(spec.locks, num_threads),
         source=new_source(),
         fifo=fifo,
         cache=new_caches(machine.caches, queue_capacity),

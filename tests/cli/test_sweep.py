@@ -1,5 +1,7 @@
 """`archsim sweep` and what is asked of its folder."""
 
+import json
+
 import pytest
 from typer.testing import CliRunner
 
@@ -97,3 +99,14 @@ def test_a_folder_of_something_else_is_left_alone(tmp_path):
 
 def test_packaged_sweeps_are_found_from_everywhere():
     assert "archsim run runs/tiny.yaml" in archsim_("sweep", "tiny", "--dry-run").stdout
+
+
+def test_whatif_ranks_the_ideal_parts(inline):
+    arguments = ["whatif", "tiny", "--set", "scene.resolution=[16, 12]", "--no-pairs", "--out", "out"]
+
+    lines = [line.strip() for line in archsim_(*arguments).stdout.splitlines()]
+
+    ranked = [line for line in lines if "." in line and not line.startswith("written")]
+    assert any(line.startswith("the machine as it is") and " 1.000 " in line for line in ranked)
+    assert ranked[0].startswith("perfect L")
+    assert json.loads(archsim_(*arguments, "--json").stdout)[0]["speedup"] > 1

@@ -130,7 +130,7 @@ def machines(draw: st.DrawFn) -> MachineSpec:
     return MachineSpec(
         core=core,
         core_cache=core_cache,
-        locks=LocksSpec(NUM_LOCKS),
+        locks=LocksSpec(NUM_LOCKS, is_ideal=draw(st.integers(0, 9)) == 0),
         source=UnitSpec(draw(st.sampled_from([0, 1, 3, 10]))),
         fifo=FifoSpec(draw(small(3, 0))),
         caches=tree,

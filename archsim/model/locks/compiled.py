@@ -7,9 +7,11 @@ from typing import NamedTuple
 import numpy as np
 
 from archsim.model.compiled import record, step
+from archsim.model.locks.spec import LocksSpec
 
 NOBODY = -1
 NOT_HOLDER = -2  # the thread that unlocks does not hold the lock
+_EVERYBODY = -3  # the holder of every lock of an ideal table
 
 
 LOCK = record("holder", "first", "last")
@@ -25,9 +27,10 @@ class LocksState(NamedTuple):
     counts: np.ndarray  # LOCK_COUNTS [1] grants, requests that had to wait, core cycles that those waited
 
 
-def new_locks(num_locks: int, num_threads: int) -> LocksState:
+def new_locks(spec: LocksSpec, num_threads: int) -> LocksState:
     """All locks free."""
-    locks = np.full(num_locks, np.array((NOBODY, NOBODY, NOBODY), LOCK))
+    holder = _EVERYBODY if spec.is_ideal else NOBODY
+    locks = np.full(spec.num_locks, np.array((holder, NOBODY, NOBODY), LOCK))
     return LocksState(locks, np.zeros(num_threads, WAITER), np.zeros(1, LOCK_COUNTS))
 
 
@@ -40,6 +43,9 @@ def take(state, cycle, number, thread):
         counts["taken"] += 1
         return True
 
+    if lock["holder"] == _EVERYBODY:
+        counts["taken"] += 1
+        return True
     counts["waited"] += 1
     state.waiters[thread]["asked"] = cycle
     state.waiters[thread]["behind"] = NOBODY
@@ -56,7 +62,7 @@ def release(state, cycle, number, thread):
     """The thread that gets the lock in `cycle`, NOBODY if no one waits, NOT_HOLDER if it is not the caller's."""
     lock, counts = state.locks[number], state.counts[0]
     if lock["holder"] != thread:
-        return NOT_HOLDER
+        return NOBODY if lock["holder"] == _EVERYBODY else NOT_HOLDER
 
     heir = lock["first"]
     lock["holder"] = heir

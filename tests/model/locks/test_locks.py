@@ -105,3 +105,14 @@ def test_unlocking_a_free_lock_is_refused(simulate):
     assert CORE.num_threads == 1
     with pytest.raises(ArchsimError, match="lock 1"):
         simulate(MACHINE, work([unlock(1)]))
+
+
+def test_an_ideal_table_grants_everything_at_once(simulate):
+    """Both cores hold lock 0 from slot 0 on; unlocking costs its issue slot only."""
+    hold = [lock(0), 5, unlock(0), 1]
+    spec = machine(num_cores=2)
+    counters = simulate(spec._replace(locks=spec.locks._replace(is_ideal=True)), work(hold, hold))
+
+    assert counters.cycles == 8
+    assert (counters.locks_taken, counters.locks_waited, counters.lock_wait_ticks) == (2, 0, 0)
+    assert counters.stalled[:, STALL_LOCK].tolist() == [0, 0]

@@ -1,0 +1,164 @@
+"""What if a part of the machine cost nothing? Each part made ideal in turn, and in pairs, as points of a sweep.
+
+An ideal part is a machine configuration like any other, so that what is measured can be repeated with `--set`.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+from archsim.config import RunConfig
+from archsim.config.components import CacheConfig, CoreConfig, LocksConfig, UnitConfig
+from archsim.config.dram import DramConfig, IdealDramConfig
+from archsim.config.machine import MachineConfig
+from archsim.errors import fail
+from archsim.sweep.expand import flow
+from archsim.sweep.spec import SweepConfig
+from archsim.units import format_bytes
+
+_PLENTY = 1024  # MSHRs, targets and ports that nobody can use up
+_MORE_THREADS = 16
+_LARGER = 64
+_MOST_THREADS, _LARGEST = 4096, 2**40
+
+Overrides = dict[str, Any]
+
+
+class Outcome(NamedTuple):
+    """One idea, measured."""
+
+    ideas: tuple[str, ...]  # () is the machine as it is
+    cycles: dict[str, float]  # of every phase
+    speedup: float  # cycles of all phases as it is, over those with the idea
+
+
+def ideal_parts(config: RunConfig) -> dict[str, Overrides]:
+    """Idea -> the values that make a part of the run's machine ideal."""
+    machine = config.machine
+    found = {
+        "perfect L1": dict(_perfect_first_level(machine)),
+        "perfect L2": dict(_perfect_second_level(machine)),
+        "infinite DRAM bandwidth": dict(_unlimited_dram(machine)),
+        "no refresh": dict(_no_refresh(machine)),
+        "unlimited misses under way": _caches(machine, ("mshrs", "targets")),
+        "unlimited cache ports": _caches(machine, ("ports",)),
+        "zero lock cost": {_key(name, "ideal"): True for name in machine.all_of(LocksConfig)},
+        "ideal rasterizer": {
+            _key(name, "interval_cycles"): 0
+            for name, unit in machine.all_of(UnitConfig).items()
+            if unit.interval_cycles > 0
+        },
+        f"{_MORE_THREADS} times the threads": {
+            _key(name, "threads"): min(core.threads * _MORE_THREADS, _MOST_THREADS)
+            for name, core in machine.all_of(CoreConfig).items()
+        },
+    }
+    return {idea: overrides for idea, overrides in found.items() if overrides}
+
+
+def whatif_sweep(config: RunConfig, run: str, pairs: bool) -> tuple[SweepConfig, list[tuple[str, ...]]]:
+    """The sweep that measures every idea, and the ideas of each of its points."""
+    ideas = ideal_parts(config)
+    chosen: list[tuple[str, ...]] = [(), *((idea,) for idea in ideas)]
+    if pairs:
+        chosen += itertools.combinations(ideas, 2)
+    distinct = {
+        flow(_together(ideas, each)): each for each in reversed(chosen)
+    }  # a pair may be one of the two
+    chosen = [each for each in chosen if each in distinct.values()]
+    points = [_together(ideas, each) for each in chosen]
+    sweep = SweepConfig.model_validate(
+        {"name": f"whatif {config.name}"[:100], "run": run, "parameters": [{"list": points}]}
+    )
+    return sweep, chosen
+
+
+def outcomes(chosen: list[tuple[str, ...]], cycles: list[Mapping[str, float] | None]) -> list[Outcome]:
+    """Every idea that could be measured, the largest speed-up first; `cycles` of phases for each point."""
+    if not cycles or cycles[0] is None:
+        raise fail("the machine as it is could not be measured")
+    before = sum(cycles[0].values())
+    found = [
+        Outcome(ideas, dict(each), before / max(sum(each.values()), 1))
+        for ideas, each in zip(chosen, cycles, strict=True)
+        if each is not None
+    ]
+    return sorted(found, key=lambda outcome: -outcome.speedup)
+
+
+def _together(ideas: Mapping[str, Overrides], chosen: tuple[str, ...]) -> Overrides:
+    """The values of several ideas; a part that one of them replaces has no values of its own any more."""
+    merged: Overrides = {}
+    for idea in chosen:
+        merged |= ideas[idea]
+    replaced = tuple(f"{key}." for key, value in merged.items() if isinstance(value, dict))
+    return {key: value for key, value in merged.items() if not key.startswith(replaced)}
+
+
+def _perfect_first_level(machine: MachineConfig) -> Iterator[tuple[str, Any]]:
+    """First-level caches 64 times as large, without limits, before a memory that answers in one cycle."""
+    for name, cache in _first_level(machine).items():
+        ideal = f"behind_{name}"
+        yield _key(name, "size"), format_bytes(_larger(cache.size))
+        for key in ("mshrs", "targets", "ports"):
+            yield _key(name, key), _PLENTY
+        yield _key(name, "next"), ideal
+        yield _key(ideal), _ideal_memory(machine, cache, 1)
+
+
+def _perfect_second_level(machine: MachineConfig) -> Iterator[tuple[str, Any]]:
+    """The second level replaced by a memory that answers every request in its hit time."""
+    for name, cache in _first_level(machine).items():
+        second = machine.find(cache.next, CacheConfig)
+        if second is not None:
+            ideal = f"perfect_{cache.next}"
+            yield _key(name, "next"), ideal
+            yield _key(ideal), _ideal_memory(machine, cache, second.hit_cycles)
+
+
+def _unlimited_dram(machine: MachineConfig) -> Iterator[tuple[str, Any]]:
+    """Every DRAM replaced by one with the latency of a row hit and no limit to its bandwidth."""
+    for name, dram in machine.all_of(DramConfig).items():
+        yield (
+            _key(name),
+            {
+                "kind": "ideal_dram",
+                "clock": dram.clock,
+                "size": format_bytes(dram.capacity_bytes),
+                "latency_clocks": dram.timing.n_cl + dram.burst_beats // dram.data_rate,
+            },
+        )
+
+
+def _no_refresh(machine: MachineConfig) -> Iterator[tuple[str, Any]]:
+    for name, dram in machine.all_of(DramConfig).items():
+        if dram.timing.n_refi:
+            yield _key(name, "timing.n_refi"), 0
+
+
+def _caches(machine: MachineConfig, keys: tuple[str, ...]) -> Overrides:
+    return {_key(name, key): _PLENTY for name in machine.all_of(CacheConfig) for key in keys}
+
+
+def _first_level(machine: MachineConfig) -> dict[str, CacheConfig]:
+    """The caches that cores talk to."""
+    names = dict.fromkeys(core.memory for core in machine.all_of(CoreConfig).values())
+    return {name: cache for name in names if (cache := machine.find(name, CacheConfig)) is not None}
+
+
+def _ideal_memory(machine: MachineConfig, cache: CacheConfig, cycles: int) -> dict[str, Any]:
+    """A memory on the cache's clock that answers after so many cycles and holds what the DRAM holds."""
+    sizes = [dram.capacity_bytes for dram in machine.all_of(DramConfig).values()]
+    sizes += [dram.capacity_bytes for dram in machine.all_of(IdealDramConfig).values()]
+    size = max(sizes)
+    return {"kind": "ideal_dram", "clock": cache.clock, "size": format_bytes(size), "latency_clocks": cycles}
+
+
+def _larger(size: int) -> int:
+    return size * _LARGER if size * _LARGER <= _LARGEST else size
+
+
+def _key(component: str, key: str = "") -> str:
+    return f"machine.components.{component}" + (f".{key}" if key else "")

@@ -1,0 +1,78 @@
+"""Ideal parts are machines like any other, and cost nothing where they are ideal."""
+
+import pytest
+
+from archsim.config import load_run
+from archsim.errors import ArchsimError
+from archsim.run import simulate
+from archsim.sweep.expand import overrides
+from archsim.sweep.plan import make_plan
+from archsim.sweep.whatif import ideal_parts, outcomes, whatif_sweep
+
+SMALL = ["scene.resolution=[16, 12]"]
+
+
+@pytest.mark.parametrize("run", ["tiny", "izb_knot"])
+def test_every_idea_and_pair_is_a_run(run):
+    config = load_run(f"runs/{run}.yaml")
+    sweep, chosen = whatif_sweep(config, f"runs/{run}.yaml", pairs=True)
+
+    points = make_plan(sweep, f"runs/{run}.yaml")
+
+    num = len(ideal_parts(config))
+    same = 1 if run == "izb_knot" else 0  # an unlimited DRAM has no refresh
+    assert len(points) == len(chosen) == 1 + num + num * (num - 1) // 2 - same
+    assert [point.error for point in points if point.error] == []
+
+
+def test_only_what_is_not_ideal_already_is_an_idea():
+    tiny = ideal_parts(load_run("runs/tiny.yaml"))
+    limited = [
+        "machine.components.rasterizer.interval_cycles=3",
+        "machine.components.dram.timing.n_refi=5000",
+    ]
+
+    assert "ideal rasterizer" not in tiny
+    assert "no refresh" not in tiny
+    assert set(ideal_parts(load_run("runs/tiny.yaml", limited))) == {*tiny, "ideal rasterizer", "no refresh"}
+
+
+def ideal(idea):
+    config = load_run("runs/tiny.yaml", SMALL)
+    return simulate(load_run("runs/tiny.yaml", [*SMALL, *overrides(ideal_parts(config)[idea])]))
+
+
+def test_ideal_locks_are_never_waited_for():
+    result = ideal("zero lock cost")
+
+    assert result.ok
+    assert result.value("izb_build.locks.waited") == 0
+    assert result.value("izb_build.stall.lock_percent") == 0
+    assert result.value("izb_build.locks.taken") > 0
+
+
+def test_a_perfect_second_level_answers_in_its_hit_time():
+    """4 cycles in the tiny machine; a fetch fills when its last beat is here, at an edge of the same clock."""
+    assert ideal("perfect L2").value("izb_raster.shader_l1.average_miss_cycles") == pytest.approx(4, abs=1)
+
+
+def test_a_perfect_first_level_leaves_little_to_wait_for():
+    result = ideal("perfect L1")
+
+    assert result.ok
+    assert result.value("izb_raster.useful_percent") > 90
+
+
+def test_speedups_are_ranked_and_failures_left_out():
+    chosen = [(), ("a",), ("b",), ("a", "b")]
+    cycles = [{"p": 60, "q": 40}, {"p": 50, "q": 30}, None, {"p": 20, "q": 5}]
+
+    found = outcomes(chosen, cycles)
+
+    assert [(outcome.ideas, outcome.speedup) for outcome in found] == [
+        (("a", "b"), 4),
+        (("a",), 1.25),
+        ((), 1),
+    ]
+    with pytest.raises(ArchsimError, match="as it is could not be measured"):
+        outcomes(chosen, [None] * 4)
