@@ -8,6 +8,8 @@ samples leave a strip of slopes (cx, cy).
 
 from __future__ import annotations
 
+import numpy as np
+
 from archsim.codec.bits import fits, get, get_signed, put
 from archsim.jit import njit
 
@@ -22,7 +24,7 @@ def encode(tile, side, words):
     """Bits used, or 0 if no plane gives these samples. `words` must be zero."""
     if not _may_be_planar(tile, side):
         return 0
-    cx, cy = _slopes(tile, side)
+    cx, cy = _slopes(_strips(tile, side), side)
     low, high = _constants(tile, side, cx, cy)
     if low > high or not (fits(cx, WIDTH) and fits(cy, WIDTH)):
         return 0
@@ -54,23 +56,21 @@ def _may_be_planar(tile, side):
 
 
 @njit
-def _slopes(tile, side):
-    """Whole (cx, cy) nearest to where the strips leave most room; by ternary search, as that room is concave
-    in cy.
-    """
+def _slopes(strips, side):
+    """Whole (cx, cy) nearest to where the strips leave most room; by ternary search, as that room is concave in cy."""
     low, high = -1e30, 1e30
     for distance in range(1, side):
-        least, most = _strip(tile, side, 0, distance)
+        least, most = strips[0, distance + side]
         low, high = max(low, least / distance), min(high, most / distance)
     for _ in range(_SEARCH_STEPS):
         third = (high - low) / 3
-        one, other = _room(tile, side, low + third), _room(tile, side, high - third)
+        one, other = _room(strips, side, low + third), _room(strips, side, high - third)
         if one[1] - one[0] < other[1] - other[0]:
             low += third
         else:
             high -= third
     cy = _nearest((low + high) / 2)
-    room = _room(tile, side, cy)
+    room = _room(strips, side, cy)
     return _nearest((room[0] + room[1]) / 2), cy
 
 
@@ -81,27 +81,30 @@ def _nearest(value):
 
 
 @njit
-def _room(tile, side, cy):
+def _room(strips, side, cy):
     """(least, most) cx that all strips leave at a cy."""
     low, high = -1e30, 1e30
     for dx in range(1, side):
         for dy in range(1 - side, side):
-            least, most = _strip(tile, side, dx, dy)
+            least, most = strips[dx, dy + side]
             low, high = max(low, (least - dy * cy) / dx), min(high, (most - dy * cy) / dx)
     return low, high
 
 
 @njit
-def _strip(tile, side, dx, dy):
-    """(least, most) of dx cx + dy cy, by all pairs of samples (dx, dy) apart: differences change by less than
-    1.
-    """
-    least, most = -(1 << 62), 1 << 62
-    for row in range(max(0, -dy), side - max(0, dy)):
-        for column in range(side - dx):
-            change = tile[(row + dy) * side + column + dx] - tile[row * side + column]
-            least, most = max(least, (change - 1) * ONE + 1), min(most, (change + 1) * ONE - 1)
-    return least, most
+def _strips(tile, side):
+    """(least, most) of dx cx + dy cy at [dx, dy + side], by all pairs of samples (dx, dy) apart: differences of whole
+    parts are less than 1 from the sums' own."""
+    strips = np.empty((side, 2 * side, 2))
+    for dx in range(side):
+        for dy in range(1 - side, side):
+            least, most = -(1 << 62), 1 << 62
+            for row in range(max(0, -dy), side - max(0, dy)):
+                for column in range(side - dx):
+                    change = tile[(row + dy) * side + column + dx] - tile[row * side + column]
+                    least, most = max(least, (change - 1) * ONE + 1), min(most, (change + 1) * ONE - 1)
+            strips[dx, dy + side, 0], strips[dx, dy + side, 1] = least, most
+    return strips
 
 
 @njit
