@@ -35,7 +35,10 @@ def print_tables(views: Sequence[TableView]) -> None:
     console = Console()
     for view in views:
         title = f"Table {view.number}. {view.title}"
-        table = _wide_table(title, view) if console.width >= _WIDE else _long_table(title, view)
+        if view.is_new:
+            table = _matrix(title, view)
+        else:
+            table = _wide_table(title, view) if console.width >= _WIDE else _long_table(title, view)
         console.print(table)
         for note in view.notes:
             console.print(note, style="dim")
@@ -74,6 +77,18 @@ def _long_table(title: str, view: TableView) -> Table:
     return table
 
 
+def _matrix(title: str, view: TableView) -> Table:
+    """Our numbers alone: a line for each row, a column for each quantity."""
+    table = _table(title)
+    table.add_column("")
+    for line in view.lines:
+        table.add_column(f"{words(line.column)}\n[{line.unit}]", justify="right")
+    for index, row in enumerate(view.rows):
+        cells = [line.cells[index] for line in view.lines]
+        table.add_row(words(row), *("" if cell is None else number(cell.ours) for cell in cells))
+    return table
+
+
 def _table(title: str) -> Table:
     return Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False)
 
@@ -87,4 +102,5 @@ def _parts(cell: Cell | None) -> tuple[str, str, Text]:
     if cell is None:
         return "", "", Text("")
     error = Text(percent(cell.error_percent), style=_COLOURS[grade(cell.error_percent)])
-    return number(cell.printed), number(cell.ours), error
+    printed = "" if cell.printed is None else number(cell.printed)
+    return printed, number(cell.ours), error

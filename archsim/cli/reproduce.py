@@ -13,7 +13,7 @@ from archsim.errors import did_you_mean, fail
 from archsim.report.reproduction_page import reproduction_report
 from archsim.report.tables import tables
 from archsim.reproduce import johnson2004
-from archsim.reproduce.johnson2004 import Reproduction
+from archsim.reproduce.reproduction import Reproduction
 from archsim.run.folder import MANIFEST, as_json, check_target, fill_run, publish
 from archsim.run.manifest import common_manifest
 
@@ -47,7 +47,7 @@ def _fill(folder: Path, paper: str, reproduction: Reproduction, seconds: float) 
     for name, row in reproduction.rows.items():
         fill_run(folder / name, run_files(row.result, row.config, row.wall_seconds))
     results = {name: row.result for name, row in reproduction.rows.items()}
-    report = reproduction_report(PAPERS[paper].PAPER, reproduction.cells, results, manifest)
+    report = reproduction_report(PAPERS[paper].PAPER, reproduction, results, manifest)
     (folder / "report.html").write_text(report, encoding="utf-8")
     (folder / "cells.json").write_text(_cells_json(reproduction), encoding="utf-8")
     (folder / MANIFEST).write_text(as_json(manifest), encoding="utf-8")

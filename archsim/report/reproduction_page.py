@@ -12,15 +12,17 @@ from archsim.report.run_page import cache_outcomes, row_outcomes
 from archsim.report.statistics import Phase, phases
 from archsim.report.tables import FAIR_PERCENT, GOOD_PERCENT, grade, tables
 from archsim.reproduce.cells import CALIBRATED, EXACT, KINDS, PREDICTED, Cell, Paper
+from archsim.reproduce.reproduction import Reproduction
 from archsim.run.result import Result
 
 Outcomes = Callable[[list[Phase]], dict[str, dict[str, float]]]
 
 
 def reproduction_report(
-    paper: Paper, cells: Sequence[Cell], results: Mapping[str, Result], manifest: Mapping[str, Any]
+    paper: Paper, reproduction: Reproduction, results: Mapping[str, Result], manifest: Mapping[str, Any]
 ) -> str:
     """The page as HTML text; `results` are the simulated rows by name. It needs nothing but itself."""
+    cells = reproduction.cells
     ran = {f"{name}: {phase.name}": phase for name, result in results.items() for phase in phases(result)}
     return render(
         "reproduction.html.j2",
@@ -32,9 +34,10 @@ def reproduction_report(
         good=GOOD_PERCENT,
         fair=FAIR_PERCENT,
         grade=grade,
-        stalls=figures.stall_stack(ran),
-        outcomes=figures.shares(_renamed(cache_outcomes, ran), figures.OUTCOMES, "lookups", "caches"),
-        dram=figures.shares(_renamed(row_outcomes, ran), figures.OUTCOMES, "requests", "rows"),
+        pictures=reproduction.pictures,
+        stalls=figures.stall_stack(ran) if ran else "",
+        outcomes=_outcomes(cache_outcomes, ran, "lookups", "caches"),
+        dram=_outcomes(row_outcomes, ran, "requests", "rows"),
         rows=list(results),
         shadows=[
             (f"{name}: {shadow_caption(r.shadow)}", shadow_uri(r.shadow)) for name, r in results.items()
@@ -58,7 +61,7 @@ def summary(cells: Sequence[Cell]) -> list[tuple[str, str]]:
                 (f"{statistics.median(errors):.1f} %", f"median error of {len(own)} predicted cells")
             )
             cards.append((f"{near} of {len(errors)}", f"predicted cells within {GOOD_PERCENT:g} %"))
-        elif kind == EXACT:
+        elif kind == EXACT and own:
             cards.append(
                 (f"{sum(error == 0 for error in errors)} of {len(own)}", "exact cells that are equal")
             )
@@ -69,6 +72,9 @@ def summary(cells: Sequence[Cell]) -> list[tuple[str, str]]:
     return cards
 
 
-def _renamed(outcomes: Outcomes, ran: Mapping[str, Phase]) -> dict[str, dict[str, float]]:
-    """The outcomes of phases that carry the names of their rows."""
-    return outcomes([phase._replace(name=name) for name, phase in ran.items()])
+def _outcomes(outcomes: Outcomes, ran: Mapping[str, Phase], unit: str, key: str) -> str:
+    """A figure of the outcomes of phases that carry the names of their rows; nothing without phases."""
+    if not ran:
+        return ""
+    named = [phase._replace(name=name) for name, phase in ran.items()]
+    return figures.shares(outcomes(named), figures.OUTCOMES, unit, key)

@@ -28,6 +28,11 @@ class TableView(NamedTuple):
     lines: list[Line]
     notes: list[str]
 
+    @property
+    def is_new(self) -> bool:
+        """Whether the paper printed none of it, so that only our numbers are shown."""
+        return all(cell is None or cell.printed is None for line in self.lines for cell in line.cells)
+
 
 def tables(paper: Paper, cells: Sequence[Cell]) -> list[TableView]:
     """The cells arranged as the paper's tables."""

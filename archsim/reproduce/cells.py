@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-EXACT, CALIBRATED, PREDICTED, NOT_COMPARABLE = "exact", "calibrated", "predicted", "not comparable"
+EXACT, CALIBRATED, PREDICTED = "exact", "calibrated", "predicted"
+NOT_COMPARABLE, NOT_PRINTED = "not comparable", "not printed"
 
 KINDS = {
     EXACT: "a size or formula; has to be equal",
     CALIBRATED: "a stand-in scene, or a reading that the paper leaves open, was chosen to come near it",
     PREDICTED: "comes out of the simulated machine; the notes say what was chosen knowing it",
     NOT_COMPARABLE: "defined in another way than ours; see the note",
+    NOT_PRINTED: "the paper gives no number, or only a curve",
 }
 
 Printed = int | float | list[int] | list[float]
@@ -24,7 +26,7 @@ class Cell(NamedTuple):
     row: str
     column: str
     kind: str  # one of KINDS
-    printed: Printed  # a number, or the [lowest, highest] of a printed range
+    printed: Printed | None  # a number, or the [lowest, highest] of a printed range; None: not printed
     ours: int | float
     unit: str
     error_percent: float | None  # ours against printed, signed; None where there is no comparison
@@ -52,6 +54,11 @@ def make_cell(place: Place, kind: str, printed: Printed, ours: int | float, unit
     """A cell with its error, unless it can't be compared."""
     error = None if kind == NOT_COMPARABLE else error_percent(printed, ours)
     return Cell(*place, kind, printed, ours, unit, error)
+
+
+def new_cell(place: Place, ours: int | float, unit: str) -> Cell:
+    """A cell of a table that the paper never printed."""
+    return Cell(*place, NOT_PRINTED, None, ours, unit, None)
 
 
 def error_percent(printed: Printed, ours: int | float) -> float | None:

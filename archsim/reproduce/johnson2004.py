@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import os
 import time
-from typing import Any, NamedTuple
+from typing import Any
 
 import yaml
 
 from archsim import resources
-from archsim.config import RunConfig, load_run
+from archsim.config import load_run
 from archsim.machine.build import phase_machine
 from archsim.reproduce.cells import (
     CALIBRATED,
@@ -28,9 +28,9 @@ from archsim.reproduce.cells import (
 )
 from archsim.reproduce.latency import minimum_miss_cycles
 from archsim.reproduce.processes import in_processes
+from archsim.reproduce.reproduction import Reproduction, Row
 from archsim.run import simulate
 from archsim.run.progress import Progress, silent
-from archsim.run.result import Result
 
 ID = "johnson2004"
 ROWS = ("doom_light0", "doom_light1", "knot_light0")
@@ -71,21 +71,6 @@ PAPER = Paper(
         ],
     },
 )
-
-
-class Row(NamedTuple):
-    """One simulated row of the tables."""
-
-    config: RunConfig
-    result: Result
-    wall_seconds: float
-
-
-class Reproduction(NamedTuple):
-    """All rows, and all cells in the order of the tables."""
-
-    rows: dict[str, Row]
-    cells: list[Cell]
 
 
 def reproduce(progress: Progress = silent) -> Reproduction:

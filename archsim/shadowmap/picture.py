@@ -49,7 +49,9 @@ def take_picture(mesh: Mesh, camera: Camera, view: View, columns: int, rows: int
     return Picture(there, points[near_enough], normals[near_enough] / lengths[near_enough, None])
 
 
-def aliasing(maps: list[ShadowMap], sizes: Sequence[tuple[int, int]], view: View, picture: Picture) -> Aliasing:
+def aliasing(
+    maps: list[ShadowMap], sizes: Sequence[tuple[int, int]], view: View, picture: Picture
+) -> Aliasing:
     """m of every pixel seen, in maps of the given (columns, rows)."""
     owners = owner(maps, picture.points)
     error = np.zeros(len(picture.points))

@@ -11,7 +11,8 @@ import archsim.cli.run
 from archsim.cli.app import app
 from archsim.config import load_run
 from archsim.reproduce.cells import Place, make_cell
-from archsim.reproduce.johnson2004 import Reproduction, Row, simulate_row
+from archsim.reproduce.johnson2004 import simulate_row
+from archsim.reproduce.reproduction import Reproduction, Row
 from archsim.run.folder import load_folder, result_json
 from archsim.run.result import Check
 from tests.run.results import make_result

@@ -4,7 +4,8 @@ import pytest
 
 from archsim.report.reproduction_page import reproduction_report, summary
 from archsim.report.tables import grade, tables
-from archsim.reproduce.cells import Paper, Place, make_cell
+from archsim.reproduce.cells import Paper, Place, make_cell, new_cell
+from archsim.reproduce.reproduction import Picture, Reproduction
 from tests.report.pages import check_self_contained
 from tests.run.results import MANIFEST, make_result
 
@@ -21,7 +22,7 @@ CELLS = [
 def test_the_page_is_whole_and_holds_the_cells():
     results = {"a": make_result(), "b": make_result()}
 
-    page = check_self_contained(reproduction_report(PAPER, CELLS, results, MANIFEST))
+    page = check_self_contained(reproduction_report(PAPER, Reproduction({}, CELLS), results, MANIFEST))
 
     for text in (
         "A paper & its title",
@@ -33,6 +34,21 @@ def test_the_page_is_whole_and_holds_the_cells():
     ):
         assert text in page.text, text
     assert page.tags.count("img") == 2  # one shadow a row
+
+
+def test_a_table_that_was_never_printed_is_rows_by_columns_and_pictures_follow():
+    cells = [
+        new_cell(Place("paper", 1, row, column), value, "bits")
+        for row, column, value in (("a", "plane", 120), ("a", "anchor", 119), ("b", "plane", 384))
+    ]
+    picture = Picture("What it shows.", '<svg viewBox="0 0 1 1"></svg>')
+
+    page = check_self_contained(reproduction_report(PAPER, Reproduction({}, cells, (picture,)), {}, MANIFEST))
+
+    for text in ("plane", "119", "384", "What it shows."):
+        assert text in page.text, text
+    assert "printed" not in page.text[page.text.index("Table 1") : page.text.index("What it shows.")]
+    assert "issue slots" not in page.text
 
 
 def test_tables_are_turned_with_gaps_where_the_paper_has_none():

@@ -1,0 +1,32 @@
+"""What reproducing a paper gives: simulated rows, cells, pictures."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from archsim.config import RunConfig
+from archsim.reproduce.cells import Cell
+from archsim.run.result import Result
+
+
+class Row(NamedTuple):
+    """One simulated row of the tables."""
+
+    config: RunConfig
+    result: Result
+    wall_seconds: float
+
+
+class Picture(NamedTuple):
+    """A figure of the report."""
+
+    caption: str
+    html: str  # an <svg> or <img> element that needs nothing outside the page
+
+
+class Reproduction(NamedTuple):
+    """All rows that were simulated, all cells in the order of the tables, and pictures."""
+
+    rows: dict[str, Row]
+    cells: list[Cell]
+    pictures: tuple[Picture, ...] = ()
