@@ -11,7 +11,7 @@ from archsim.cli.edge import at_the_edge
 
 trace_app = typer.Typer(
     name="trace",
-    help="Address traces: the formats of Dinero, Ramulator and DRAMsim3, and CSV.",
+    help="Address traces (the formats of Dinero, Ramulator and DRAMsim3, and CSV) and DRAM command traces.",
     no_args_is_help=True,
     rich_markup_mode=None,
 )
@@ -81,3 +81,25 @@ def _replay(
 
     options = ReplayOptions(machine, overrides or [], to, cores, functional, flush, outstanding, model)
     replay(file, form, options, as_json)
+
+
+@trace_app.command("check-dram")
+@at_the_edge
+def _check_dram(
+    file: Annotated[Path, typer.Argument(metavar="COMMANDS", help="A DRAM command trace; .gz is read too.")],
+    machine: Annotated[
+        str,
+        typer.Option(
+            "--machine", metavar="NAME", help="A machine's YAML file, or a packaged machine's name."
+        ),
+    ],
+    dram: Annotated[
+        str | None, typer.Option("--dram", metavar="NAME", help="The DRAM, if the machine has several.")
+    ] = None,
+    overrides: Overrides = None,
+    as_json: Json = False,
+) -> None:
+    """Judge a DRAM command trace by every rule of the machine's data sheet; exit code 1 if one is broken."""
+    from archsim.cli.command_trace import check_dram
+
+    check_dram(file, machine, dram, overrides or [], as_json)

@@ -166,7 +166,8 @@ def _dram_clocks(machine: MachineConfig) -> Iterator[Finding]:
         frequency = machine.clocks.get(dram.clock)
         if dram.frequency is not None and frequency is not None and dram.frequency != frequency:
             what = f"'{dram.clock}' runs at {frequency:,} Hz, the timing is meant for {dram.frequency:,} Hz"
-            yield Finding(("components", name, "clock"), what)
+            hint = f"with other timing, set {name}.frequency too; null: no check"
+            yield Finding(("components", name, "clock"), what, hint)
 
 
 def _private_caches(machine: MachineConfig) -> Iterator[Finding]:
