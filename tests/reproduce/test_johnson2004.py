@@ -10,7 +10,7 @@ from archsim import resources
 from archsim.config import load_run
 from archsim.reproduce import johnson2004
 from archsim.reproduce.cells import KINDS, NOT_PRINTED
-from archsim.reproduce.johnson2004 import ROWS, Row, make_cells
+from archsim.reproduce.johnson2004 import ROWS, RUNS, Row, make_cells
 from archsim.run.result import Statistic
 from tests.run.results import make_result
 
@@ -33,7 +33,7 @@ def made_up_row(name: str) -> Row:
 
 @pytest.fixture(scope="module")
 def cells():
-    return make_cells({name: made_up_row(name) for name in ROWS})
+    return make_cells({name: made_up_row(name) for name in RUNS})
 
 
 def find(cells, table, row, column):
@@ -43,10 +43,10 @@ def find(cells, table, row, column):
 
 def test_every_printed_number_has_its_cell(cells):
     assert [len([cell for cell in cells if cell.table == table]) for table in (1, 2, 3, 4)] == [
-        36,
-        22,
-        12,
-        12,
+        72,
+        34,
+        24,
+        24,
     ]
     assert len({(cell.table, cell.row, cell.column) for cell in cells}) == len(cells)
     assert {cell.kind for cell in cells} == set(KINDS) - {NOT_PRINTED}
@@ -65,13 +65,13 @@ def test_printed_and_ours_are_not_mixed_up(cells):
 
 def test_sizes_are_exact_and_minima_are_measured(cells):
     exact = [cell for cell in cells if cell.kind == "exact"]
-    assert len(exact) == 12 + 8
+    assert len(exact) == 24 + 8
     assert all(cell.error_percent == 0 for cell in exact)
     assert [find(cells, 2, level, "miss_minimum").ours for level in ("L1", "L2")] == [6, 42]
 
 
 def test_sizes_come_from_the_machine_and_not_from_the_paper():
-    rows = {name: made_up_row(name) for name in ROWS}
+    rows = {name: made_up_row(name) for name in RUNS}
     changed = load_run(
         resources.experiment("johnson2004") / "doom_light0.yaml", ["machine.components.l2.size=512 KiB"]
     )
@@ -105,6 +105,18 @@ def test_rows_are_full_size(name):
     config = made_up_row(name).config
     assert config.name == name
     assert list(config.scene.resolution) == PRINTED["resolution"]
+
+
+@pytest.mark.parametrize("name", ROWS)
+def test_drawn_rows_ask_for_table_1_and_nothing_else(name):
+    workload, row = made_up_row(f"drawn_{name}").config.workload, PRINTED["table1_workload"][name]
+    grid, frame = row["grid_fragments_M"], row["framebuffer_fragments_M"]
+    assert list(workload.resolution) == PRINTED["resolution"]
+    assert (workload.list_length, list(workload.stencil)) == (row["list_length"], row["stencil"])
+    assert workload.grid_fragments_pre_stencil == pytest.approx(1e6 * grid["pre"])
+    assert workload.grid_fragments_post_stencil == pytest.approx(1e6 * grid["post"])
+    assert workload.framebuffer_fragments_pre_z == pytest.approx(1e6 * frame["pre_z"])
+    assert workload.framebuffer_fragments_post_z == pytest.approx(1e6 * frame["post_z"])
 
 
 @pytest.mark.slow
