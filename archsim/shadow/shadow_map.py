@@ -67,7 +67,7 @@ def render(occluders, columns, rows):
                 if not _covers(edges[index], x, y):
                     continue
                 here = np.float32(plane[0] * x + plane[1] * y + plane[3])
-                if here < depth[j, i] and here >= 0:
+                if here < depth[j, i] and here < 1:  # 1 and beyond: behind the light
                     depth[j, i] = here
                     triangle[j, i] = index
     return ShadowMap(depth, triangle)
