@@ -95,11 +95,19 @@ def _reproduce(
     paper: Annotated[str, typer.Argument(metavar="[PAPER]")] = "johnson2004",
     out: Out = None,
     as_json: Json = False,
+    figure: Annotated[
+        int | None, typer.Option("--figure", metavar="NUMBER", help="One of its figures instead.")
+    ] = None,
 ) -> None:
     """Regenerate a paper's tables, each printed number beside ours."""
-    from archsim.cli.reproduce import reproduce
+    if figure is None:
+        from archsim.cli.reproduce import reproduce
 
-    reproduce(paper, out, as_json)
+        reproduce(paper, out, as_json)
+    else:
+        from archsim.cli.figure import reproduce_figure
+
+        reproduce_figure(paper, figure, out, as_json)
 
 
 @app.command("diff")

@@ -15,7 +15,10 @@ from archsim.report.tables import Line, TableView, grade
 from archsim.reproduce.cells import Cell
 from archsim.run.result import Result
 
-_WIDE = 125  # columns of a terminal that holds a table with three of the paper's rows side by side
+_WIDE, _WIDE_ROW = (
+    20,
+    35,
+)  # columns of a terminal that a table takes, and more for each of the paper's rows beside it
 _COLOURS = {"good": "blue", "fair": "yellow", "poor": "red", "none": "dim"}
 
 
@@ -35,10 +38,11 @@ def print_tables(views: Sequence[TableView]) -> None:
     console = Console()
     for view in views:
         title = f"Table {view.number}. {view.title}"
+        wide = console.width >= _WIDE + _WIDE_ROW * len(view.rows)
         if view.is_new:
             table = _matrix(title, view)
         else:
-            table = _wide_table(title, view) if console.width >= _WIDE else _long_table(title, view)
+            table = _wide_table(title, view) if wide else _long_table(title, view)
         console.print(table)
         for note in view.notes:
             console.print(note, style="dim")

@@ -154,3 +154,20 @@ def as_svg(figure: Figure, key: str) -> str:
     text = stream.getvalue()
     text = re.sub(r"<metadata>.*?</metadata>", "", text[text.index("<svg") :], flags=re.DOTALL)
     return re.sub(r'(\bid="|url\(#|href="#)', rf"\g<1>{key}-", text)
+
+
+@STYLED
+def quality_plot(title: str, points: Sequence[Any]) -> str:
+    """Image error over map samples, a line for each method; `points` have method, num_samples and l2."""
+    figure = Figure(figsize=(8.0, 4.6), layout="constrained")
+    axes = figure.subplots()
+    methods = dict.fromkeys(point.method for point in points)
+    for method, colour in zip(methods, (BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY, GREY), strict=False):
+        own = [point for point in points if point.method == method]
+        samples, errors = [point.num_samples for point in own], [point.l2 for point in own]
+        axes.plot(samples, errors, marker="o", color=colour, label=method)
+    axes.set(title=title, xlabel="shadow-map samples", ylabel="L2 error of the picture [brightness, RMS]")
+    axes.set_xscale("log")
+    axes.set_ylim(bottom=0)
+    axes.legend(frameon=False)
+    return as_svg(figure, "quality")

@@ -38,8 +38,8 @@ DRAWN = "drawn_"  # and each once more, its workload drawn to table 1 alone
 RUNS = (*ROWS, *(f"{DRAWN}{row}" for row in ROWS))
 PHASES = ("izb_build", "izb_raster")
 MSHR_NOTE = (
-    "The L1 caches have 8 MSHRs, a number that is not printed: one for each thread, since a thread waits for its access. "
-    "More change nothing; experiments/johnson2004/README.md shows fewer."
+    "The L1 caches have 8 MSHRs, a number that is not printed: one for each thread, since a thread waits for its "
+    "access. More change nothing; experiments/johnson2004/README.md shows fewer."
 )
 PAPER = Paper(
     id=ID,
@@ -52,8 +52,8 @@ PAPER = Paper(
     },
     notes={
         1: [
-            "Rows named drawn_ are not of a scene: samples and triangles are drawn, seeded, to this table's numbers alone "
-            "(archsim/shadow/drawn.py). They show the machine apart from our scenes.",
+            "Rows named drawn_ are not of a scene: samples and triangles are drawn, seeded, to this table's numbers "
+            "alone (archsim/shadow/drawn.py). They show the machine apart from our scenes.",
         ],
         2: [
             "Minimum misses are not predictions: the L1's is the L2's hit latency, and CAS latency, line layout and "

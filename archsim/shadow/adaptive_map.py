@@ -39,7 +39,9 @@ Rendered = tuple[ShadowMap, Surfaces, Receivers]
 
 def levels(render_at: Callable[[int], Rendered], num_levels: int, lookup: Lookup) -> list[Level]:
     """The levels of a light view; `render_at` gives a map of so many texels on a side, and its receivers."""
-    return [_level(PAGE_TEXELS << level, render_at(PAGE_TEXELS << level), lookup) for level in range(num_levels)]
+    return [
+        _level(PAGE_TEXELS << level, render_at(PAGE_TEXELS << level), lookup) for level in range(num_levels)
+    ]
 
 
 def _level(texels: int, rendered: Rendered, lookup: Lookup) -> Level:

@@ -1,13 +1,13 @@
 """How good shadow maps of any size are on one scene: conventional, adaptive and irregular, against ray tracing.
 
-Every light of the scene gets its own map. A map's view is as narrow as the samples allow. The biases of conventional and
-adaptive maps are sought for each map, so that the picture comes as near to the ray-traced one as it can.
+Every light of the scene gets its own map. A map's view is as narrow as the samples allow. The biases of conventional
+and adaptive maps are sought for each map, so that the picture comes as near to the ray-traced one as it can.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from functools import cache
+from functools import cache, partial
 from itertools import product
 from typing import NamedTuple
 
@@ -119,11 +119,13 @@ def _conventional(stage: Stage, light: int, texels: int, lookup: Lookup) -> tupl
     """Texels, and the share of shadow [height, width] under the bias that suits the map best."""
     plans = _plans(stage, light, texels)
     maps = [_rendered(stage, plan, texels) for plan in plans]
-    images = (
-        sum((_image(stage, plan, shadowed(*face, biased)) for plan, face in zip(plans, maps, strict=True)), 0.0)
-        for biased in _biased(lookup)
-    )
-    best = min(images, key=lambda share: _light_error(stage, light, share))
+
+    def image_of(biased: Lookup) -> np.ndarray:
+        faces = zip(plans, maps, strict=True)
+        shares = [_image(stage, plan, shadowed(*face, biased)) for plan, face in faces]
+        return np.asarray(np.sum(shares, axis=0))
+
+    best = min(map(image_of, _biased(lookup)), key=lambda share: _light_error(stage, light, share))
     return len(plans) * texels * texels, best
 
 
@@ -134,7 +136,7 @@ def _adaptive(stage: Stage, light: int, num_levels: int) -> list[tuple[int, np.n
     num_faces = len(_plans(stage, light, finest))
 
     @cache
-    def face_at(face: int, texels: int) -> Rendered:
+    def face_at(texels: int, face: int) -> Rendered:
         return _rendered(stage, _plans(stage, light, texels)[face], texels)
 
     plan_of = _plans(stage, light, finest)
@@ -142,7 +144,7 @@ def _adaptive(stage: Stage, light: int, num_levels: int) -> list[tuple[int, np.n
     for biased in _biased(Lookup(1, 0.0, 0.0, True)):
         sizes, images = np.zeros(num_levels, np.int64), np.zeros((num_levels, *stage.seen.triangle.shape))
         for face in range(num_faces):
-            levels = adaptive_map.levels(lambda texels, face=face: face_at(face, texels), num_levels, biased)
+            levels = adaptive_map.levels(partial(face_at, face=face), num_levels, biased)
             for step, refined in enumerate(adaptive_map.refine(levels, budgets)):
                 sizes[step] += refined.num_texels
                 images[step] += _image(stage, plan_of[face], refined.shadowed)
@@ -150,7 +152,9 @@ def _adaptive(stage: Stage, light: int, num_levels: int) -> list[tuple[int, np.n
             (_light_error(stage, light, image), int(size), image)
             for size, image in zip(sizes, images, strict=True)
         ]
-        best = [min(pair, key=lambda each: each[0]) for pair in zip(best, found, strict=True)] if best else found
+        best = (
+            [min(pair, key=lambda each: each[0]) for pair in zip(best, found, strict=True)] if best else found
+        )
     return [(size, image) for _, size, image in best]
 
 
