@@ -20,7 +20,7 @@ LAYERS = [
     ["machine", "analysis"],
     ["run"],
     ["report", "sweep", "reproduce", "bench"],
-    ["cli", "__main__"],
+    ["cli", "__main__", "api"],
 ]
 LAYER_OF = {part: layer for layer, parts in enumerate(LAYERS) for part in parts}
 

@@ -18,7 +18,7 @@ _SHOWN_FAILURES = 5
 
 
 class LiveTable:
-    """A `sweep.conduct.Watch`. Use as a context manager; silent when stderr is not a terminal."""
+    """A `sweep.watch.Watch`. Use as a context manager; silent when stderr is not a terminal."""
 
     def __init__(self, console: Console | None = None) -> None:
         self._console = console or Console(stderr=True)

@@ -5,28 +5,15 @@ from __future__ import annotations
 import shutil
 from collections import deque
 from pathlib import Path
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 from archsim.sweep.job import Done, PointJob, RenderJob
 from archsim.sweep.plan import Point
 from archsim.sweep.store import is_finished, sweep_out, write_failure
+from archsim.sweep.watch import Watch
 from archsim.sweep.workers import Workers
 
 _SECONDS_BETWEEN_LOOKS = 0.2
-
-
-class Watch(Protocol):
-    """Who is told how a sweep goes."""
-
-    def begin(self, points: int, finished: int) -> None: ...
-
-    def started(self, token: int, what: str) -> None: ...
-
-    def rendered(self, token: int, done: Done) -> None: ...
-
-    def ended(self, token: int, what: str, done: Done) -> None: ...
-
-    def look(self) -> None: ...
 
 
 class Group(NamedTuple):

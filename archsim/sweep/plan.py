@@ -16,7 +16,9 @@ from archsim.scene.scene import digest, load_scene
 from archsim.sweep.expand import Parameters, command, expand, overrides
 from archsim.sweep.spec import SweepConfig
 
-_WITHOUT_EFFECT = frozenset({"report", "reproduce", "cli", "sweep", "docs"})  # on what a run computes
+_WITHOUT_EFFECT = frozenset(
+    {"report", "reproduce", "cli", "sweep", "api.py", "__init__.py"}
+)  # on a run's result
 
 
 class Point(NamedTuple):

@@ -31,6 +31,26 @@ class Workers(Protocol):
         """Stop whatever is running."""
 
 
+class OwnProcess:
+    """Does each job at once, in this process."""
+
+    capacity = 1
+
+    def __init__(self, perform: Callable[[Any], Done] = perform):
+        self._perform = perform
+        self._ended: list[tuple[int, Done]] = []
+
+    def hand(self, token: int, job: Job) -> None:
+        self._ended.append((token, self._perform(job)))
+
+    def take(self, seconds: float) -> list[tuple[int, Done]]:
+        ended, self._ended = self._ended, []
+        return ended
+
+    def close(self) -> None:
+        pass
+
+
 class _Worker(NamedTuple):
     process: SpawnProcess
     connection: Connection

@@ -2,8 +2,9 @@
 
 from collections.abc import Callable
 
-from archsim.sweep.job import Done, RenderJob, perform
+from archsim.sweep.job import RenderJob, perform
 from archsim.sweep.spec import SweepConfig
+from archsim.sweep.workers import OwnProcess
 
 SWEEP = {
     "name": "small",
@@ -20,21 +21,17 @@ def sweep(**changes) -> SweepConfig:
     return SweepConfig.model_validate({**SWEEP, **changes})
 
 
-class InlineWorkers:
-    """Does each job when it is handed over."""
+class InlineWorkers(OwnProcess):
+    """Does each job when it is handed over, and remembers it."""
 
     def __init__(self, capacity: int = 2, do: Callable = perform):
+        super().__init__(do)
         self.capacity, self.closed = capacity, False
         self.jobs: list = []
-        self._do, self._ended = do, []
 
     def hand(self, token, job):
         self.jobs.append(job)
-        self._ended.append((token, self._do(job)))
-
-    def take(self, seconds):
-        ended, self._ended = self._ended, []
-        return ended
+        super().hand(token, job)
 
     def close(self):
         self.closed = True
@@ -42,27 +39,3 @@ class InlineWorkers:
     @property
     def num_rendered(self) -> int:
         return sum(isinstance(job, RenderJob) for job in self.jobs)
-
-
-class SilentWatch:
-    """Counts what it is told."""
-
-    def __init__(self):
-        self.points = self.found = 0
-        self.errors: list[str] = []
-
-    def begin(self, points, finished):
-        self.points, self.found = points, finished
-
-    def started(self, token, what):
-        pass
-
-    def rendered(self, token, done):
-        pass
-
-    def ended(self, token, what, done: Done):
-        if done.error:
-            self.errors.append(done.error)
-
-    def look(self):
-        pass

@@ -13,7 +13,8 @@ from archsim.sweep.job import Done, PointJob, RenderJob, perform
 from archsim.sweep.plan import make_plan
 from archsim.sweep.start import run_sweep
 from archsim.sweep.store import is_finished, only_one, read_failure, read_index
-from tests.sweep.small import InlineWorkers, SilentWatch, sweep
+from archsim.sweep.watch import SilentWatch
+from tests.sweep.small import InlineWorkers, sweep
 
 
 def conducted(folder, workers=None, part="1of1", **changes):

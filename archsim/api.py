@@ -1,0 +1,154 @@
+"""The same verbs for Python as on the command line: load, simulate, sweep, reproduce, report.
+
+`archsim.simulate("tiny")` in a notebook shows what the command prints; what is returned has pandas frames.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pandas as pd
+
+from archsim.cli.configs import find_run
+from archsim.cli.reproduce import PAPERS
+from archsim.config import RunConfig, load_run, resolved_yaml
+from archsim.errors import did_you_mean, fail
+from archsim.report.comparison_page import comparison_report
+from archsim.report.run_page import run_report
+from archsim.report.sweep_page import sweep_report
+from archsim.reproduce.cells import Cell
+from archsim.run import simulate as simulate_run
+from archsim.run.folder import load_folder
+from archsim.run.manifest import make_manifest
+from archsim.run.progress import Progress, silent
+from archsim.run.result import Result
+from archsim.sweep.analysis import finished, pareto_front, sensitivity
+from archsim.sweep.expand import overrides as override_texts
+from archsim.sweep.plan import make_plan
+from archsim.sweep.spec import SweepConfig, load_sweep
+from archsim.sweep.start import find_sweep, run_path, run_sweep
+from archsim.sweep.store import INDEX, check_folder, write_whole
+from archsim.sweep.table import load_table, metrics_of, parameters_of, write_table
+from archsim.sweep.watch import SilentWatch
+from archsim.sweep.workers import LocalWorkers, OwnProcess
+
+Changes = Mapping[str, Any] | Sequence[str]  # {"dotted.path": value}, or ["dotted.path=value"]
+
+
+class Simulated(NamedTuple):
+    """A finished run with what it was made of."""
+
+    config: RunConfig
+    result: Result
+
+    def frame(self) -> pd.DataFrame:
+        """A row for each statistic: value, unit, description."""
+        return pd.DataFrame(self.result.statistics).set_index("name")
+
+    def __getitem__(self, name: Any) -> Any:
+        """The statistic of that name."""
+        return self.result.value(name) if isinstance(name, str) else tuple.__getitem__(self, name)
+
+    def _repr_html_(self) -> str:
+        frame = pd.DataFrame({"value": self.result.summary})
+        return f"<h4>{self.result.name}</h4>{frame.to_html()}"
+
+
+class Swept(NamedTuple):
+    """A sweep's folder and its table."""
+
+    folder: Path
+    table: pd.DataFrame
+
+    def pareto(self, *columns: str) -> pd.DataFrame:
+        """The points that no other point beats in the columns, by default in the sweep's metrics."""
+        return pareto_front(self.table, columns or metrics_of(self.folder, self.table))
+
+    def sensitivity(self, metric: str) -> pd.DataFrame:
+        """How much each parameter moves a metric."""
+        return sensitivity(self.table, parameters_of(self.folder), metric)
+
+    def points(self) -> pd.DataFrame:
+        """Parameters and metrics of the points that have a result."""
+        columns = [*parameters_of(self.folder), *metrics_of(self.folder, self.table)]
+        return finished(self.table)[list(dict.fromkeys(columns))]
+
+    def _repr_html_(self) -> str:
+        return f"<h4>{self.folder}</h4>{self.points().to_html()}"
+
+
+class Reproduced(NamedTuple):
+    """A paper's tables: printed and ours."""
+
+    paper: str
+    cells: list[Cell]
+    rows: Mapping[str, Any]  # the simulated runs by name
+
+    def frame(self) -> pd.DataFrame:
+        """A row for each cell of the paper's tables."""
+        return pd.DataFrame(self.cells)
+
+    def _repr_html_(self) -> str:
+        return f"<h4>{self.paper}</h4>{self.frame().to_html()}"
+
+
+def load(run: str | Path, changes: Changes = ()) -> RunConfig:
+    """The configuration of a file or packaged run. Raises ArchsimError, as all of these functions."""
+    texts = override_texts(changes) if isinstance(changes, Mapping) else changes
+    return load_run(find_run(str(run)), texts)
+
+
+def simulate(run: RunConfig | str | Path, changes: Changes = (), progress: Progress = silent) -> Simulated:
+    """Simulate a run: a configuration, a file, or a packaged run's name."""
+    config = run if isinstance(run, RunConfig) else load(run, changes)
+    return Simulated(config, simulate_run(config, progress))
+
+
+def sweep(file: str | Path | Mapping[str, Any], out: str | Path | None = None, jobs: int = 1) -> Swept:
+    """Do what is not finished of a sweep: a file, a packaged sweep's name, or a mapping of a file's keys.
+
+    With `jobs` above 1 other processes do the work; a script needs `if __name__ == "__main__":` then.
+    """
+    if isinstance(file, Mapping):
+        config, run = SweepConfig.model_validate(dict(file)), find_run(str(file["run"]))
+    else:
+        path = find_sweep(str(file))
+        config = load_sweep(path)
+        run = run_path(config, path)
+    folder = Path(out) if out is not None else Path("runs") / f"sweep-{config.name}"
+    check_folder(folder)
+    plan = make_plan(config, run)
+    workers = LocalWorkers(jobs) if jobs > 1 else OwnProcess()
+    run_sweep(config, (plan, plan), folder, (workers, "1of1", SilentWatch()))
+    write_table(folder)
+    return Swept(folder, load_table(folder))
+
+
+def reproduce(paper: str = "johnson2004", progress: Progress = silent) -> Reproduced:
+    """Simulate what a paper's tables are about; other processes do the work, see `sweep`."""
+    if paper not in PAPERS:
+        raise fail(f"no paper '{paper}'", hint=did_you_mean(paper, PAPERS) or f"papers: {', '.join(PAPERS)}")
+    found = PAPERS[paper].reproduce(progress)
+    return Reproduced(paper, found.cells, found.rows)
+
+
+def report(what: Simulated | Swept | Sequence[str | Path], out: str | Path) -> Path:
+    """Write the HTML page of a run or sweep, or of several run folders side by side; returns its path."""
+    if isinstance(what, Simulated):
+        page = _run_page(what)
+    elif isinstance(what, Swept):
+        page = sweep_report(what.folder)
+    else:
+        folders = [Path(folder) for folder in what]
+        is_sweep = len(folders) == 1 and (folders[0] / INDEX).is_file()
+        page = sweep_report(folders[0]) if is_sweep else comparison_report([load_folder(f) for f in folders])
+    write_whole(Path(out), page)
+    return Path(out)
+
+
+def _run_page(run: Simulated) -> str:
+    text = resolved_yaml(run.config)
+    manifest = make_manifest(text, run.config.seed, run.result.scene_digest, ["archsim.simulate"], 0.0)
+    return run_report(run.result, text, manifest)
