@@ -119,7 +119,7 @@ def _enter(spec, state, requests, bursts, now):
             break
         request = send(spec, state, clock * spec.period_ticks, address, 0, is_write)
         request["bursts"] = bursts
-        request["requester"] = clock + 1  # not NO_REQUESTER
+        request["requester"] = NO_REQUESTER if is_write else ~clock
         now["wait_sum"] += clock - requests.arrivals[first]
         first += 1
     now["first"] = first
@@ -132,7 +132,7 @@ def _wake(spec, state, now, latencies):
     requester = wake_first(spec, state)
     if requester != NO_REQUESTER:
         answer = answer_cycle(spec, state, number, spec.period_ticks)
-        latency = answer - (requester - 1)
+        latency = answer - ~requester
         latencies[min(latency, LONGEST_LATENCY)] += 1
         now["latency_sum"] += latency
         now["latency_max"] = max(now["latency_max"], latency)
