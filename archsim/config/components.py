@@ -8,6 +8,7 @@ from pydantic import Discriminator, Field, Tag, model_validator
 
 from archsim.config.dram import DramConfig, IdealDramConfig
 from archsim.config.section import Count, Finding, Section, Size, Small, is_power_of_two, key_of, report
+from archsim.config.stages import DelayStreamConfig, PoolConfig, StageConfig
 from archsim.units import Cycles
 
 ACCESS_BYTES = 16  # of one load or store ([Johnson04] sec. 6: 128 bits)
@@ -52,7 +53,7 @@ class CacheConfig(Section):
 
 
 class UnitConfig(Section):
-    """A fixed-function stage that makes one task every `interval_cycles`; 0: a task is always there."""
+    """A fixed-function stage that makes the cores one task every `interval_cycles`; 0: a task is always there."""
 
     kind: Literal["unit"]
     interval_cycles: Annotated[Cycles, Field(ge=0, le=1_000_000)]  # between two tasks; 0: one is always there
@@ -80,21 +81,29 @@ _KINDS = {
     "unit": "<UnitConfig>",
     "fifo": "<FifoConfig>",
     "locks": "<LocksConfig>",
+    "delay_stream": "<DelayStreamConfig>",
+    "pool": "<PoolConfig>",
     "dram": "<DramConfig>",
     "ideal_dram": "<IdealDramConfig>",
 }
 
 
 def _kind_tag(component: Any) -> str | None:
-    return _KINDS.get(key_of(component, "kind") or "")
+    kind = key_of(component, "kind") or ""
+    if kind == "unit" and key_of(component, "output") is None:
+        return "<StageConfig>"
+    return _KINDS.get(kind)
 
 
 ComponentConfig = Annotated[
     Annotated[CoreConfig, Tag("<CoreConfig>")]
     | Annotated[CacheConfig, Tag("<CacheConfig>")]
     | Annotated[UnitConfig, Tag("<UnitConfig>")]
+    | Annotated[StageConfig, Tag("<StageConfig>")]
     | Annotated[FifoConfig, Tag("<FifoConfig>")]
     | Annotated[LocksConfig, Tag("<LocksConfig>")]
+    | Annotated[DelayStreamConfig, Tag("<DelayStreamConfig>")]
+    | Annotated[PoolConfig, Tag("<PoolConfig>")]
     | Annotated[DramConfig, Tag("<DramConfig>")]
     | Annotated[IdealDramConfig, Tag("<IdealDramConfig>")],
     Discriminator(_kind_tag),

@@ -19,13 +19,25 @@ from archsim.config.components import (
     UnitConfig,
 )
 from archsim.config.section import ComponentName, Finding, Name, Section, report
+from archsim.config.stages import DelayStreamConfig, PoolConfig, StageConfig
+from archsim.config.wiring import wiring_findings
 from archsim.errors import did_you_mean
 from archsim.units import Frequency, clock_periods, format_bytes
 
 MAX_PERIOD_TICKS = 10**6
 
 Kind = TypeVar(
-    "Kind", CoreConfig, CacheConfig, UnitConfig, FifoConfig, LocksConfig, DramConfig, IdealDramConfig
+    "Kind",
+    CoreConfig,
+    CacheConfig,
+    UnitConfig,
+    StageConfig,
+    FifoConfig,
+    DelayStreamConfig,
+    PoolConfig,
+    LocksConfig,
+    DramConfig,
+    IdealDramConfig,
 )
 
 
@@ -42,7 +54,7 @@ class MachineConfig(Section):
     name: Name  # what the machine is called
     clocks: Annotated[dict[ComponentName, Frequency], Field(min_length=1)]  # frequencies by name
     components: dict[ComponentName, ComponentConfig]  # components by name
-    roles: RolesConfig  # which cores run which phase
+    roles: RolesConfig | None = None  # which cores run which phase; null: it is a pipeline without cores
 
     def all_of(self, kind: type[Kind]) -> dict[str, Kind]:
         """The components of one kind by name."""
@@ -52,6 +64,23 @@ class MachineConfig(Section):
         """The component of that name if it is of that kind."""
         component = self.components.get(name)
         return component if isinstance(component, kind) else None
+
+    @property
+    def sources(self) -> dict[str, UnitConfig]:
+        """The units that make the cores' tasks."""
+        return self.all_of(UnitConfig)
+
+    @property
+    def caches(self) -> dict[str, CacheConfig]:
+        return self.all_of(CacheConfig)
+
+    def caches_below(self, name: str) -> list[str]:
+        """Names of the caches from one downwards, each once; none if it is no cache."""
+        path: list[str] = []
+        while name in self.caches and name not in path:
+            path.append(name)
+            name = self.caches[name].next
+        return path
 
     def feeder(self, fifo: str) -> UnitConfig | None:
         """The unit whose output is the fifo of that name."""
@@ -70,6 +99,7 @@ class MachineConfig(Section):
             _feeders,
             _ticks,
             _roles,
+            wiring_findings,
         )
         report([finding for check in checks for finding in check(self)])
         return self
@@ -82,11 +112,16 @@ def _names(machine: MachineConfig) -> Iterator[Finding]:
     for name, component in machine.components.items():
         path = ("components", name)
         for key, kinds in _REFERENCES.get(component.kind, {}).items():
-            yield from _reference(machine, (*path, key), getattr(component, key), kinds)
+            named = getattr(component, key, None)
+            if not isinstance(named, tuple):
+                yield from _reference(machine, (*path, key), named, kinds)
+                continue
+            for place, each in enumerate(named):
+                yield from _reference(machine, (*path, key, place), each, kinds)
         clock = getattr(component, "clock", None)
         if clock is not None and clock not in machine.clocks:
             yield Finding((*path, "clock"), f"no clock is named '{clock}'", _near(clock, machine.clocks))
-    for role, name in machine.roles:
+    for role, name in machine.roles or ():
         yield from _reference(machine, ("roles", role), name, ("core",))
 
 
@@ -94,12 +129,19 @@ def _names(machine: MachineConfig) -> Iterator[Finding]:
 _REFERENCES: dict[str, dict[str, tuple[str, ...]]] = {
     "core": {"memory": ("cache",), "locks": ("locks",), "tasks": ("fifo",)},
     "cache": {"next": ("cache", "dram", "ideal_dram")},
-    "unit": {"output": ("fifo",)},
+    "unit": {
+        "output": ("fifo",),
+        "inputs": ("fifo", "delay_stream"),
+        "outputs": ("fifo", "delay_stream"),
+        "pools": ("pool",),
+        "memory": ("cache", "dram", "ideal_dram"),
+    },
+    "delay_stream": {"memory": ("dram", "ideal_dram")},
 }
 
 
 def _reference(
-    machine: MachineConfig, path: tuple[str, ...], name: str | None, kinds: tuple[str, ...]
+    machine: MachineConfig, path: tuple[str | int, ...], name: str | None, kinds: tuple[str, ...]
 ) -> Iterator[Finding]:
     if name is None or (path[-1] == "tasks" and name == INTERLEAVED):
         return
@@ -119,22 +161,11 @@ def _near(word: str, choices: Iterable[str]) -> str:
     return did_you_mean(word, known) or (f"there are: {', '.join(known)}" if known else "there is none")
 
 
-def path_down(machine: MachineConfig, name: str) -> list[str]:
-    """Names of the caches from one downwards, each once."""
-    path: list[str] = []
-    cache = machine.find(name, CacheConfig)
-    while cache is not None and name not in path:
-        path.append(name)
-        name = cache.next
-        cache = machine.find(name, CacheConfig)
-    return path
-
-
 def _circles(machine: MachineConfig) -> Iterator[Finding]:
     """Caches that lead back to themselves, once for each circle."""
     seen: set[str] = set()
     for name in machine.all_of(CacheConfig):
-        path = path_down(machine, name)
+        path = machine.caches_below(name)
         last = machine.components[path[-1]]
         if isinstance(last, CacheConfig) and last.next == name and name not in seen:
             seen.update(path)
@@ -153,7 +184,7 @@ def _lines(machine: MachineConfig) -> Iterator[Finding]:
 def _core_clocks(machine: MachineConfig) -> Iterator[Finding]:
     """Caches on another clock than the cores above them."""
     for group, core in machine.all_of(CoreConfig).items():
-        for name in path_down(machine, core.memory):
+        for name in machine.caches_below(core.memory):
             cache = machine.find(name, CacheConfig)
             if cache is not None and cache.clock != core.clock:
                 what = f"must be '{core.clock}', the clock of '{group}', not '{cache.clock}'"
@@ -194,7 +225,7 @@ def _requests(machine: MachineConfig) -> Iterator[Finding]:
             row = format_bytes(dram.row_bytes)
             yield Finding(path, f"must divide the rows of '{cache.next}', {row}")
         other, line = first.setdefault(cache.next, (name, cache.line))
-        if line != cache.line:
+        if line != cache.line and machine.roles is not None:
             yield Finding(path, f"must be that of '{other}', {format_bytes(line)}: both use '{cache.next}'")
 
 
@@ -220,7 +251,11 @@ def _ticks(machine: MachineConfig) -> Iterator[Finding]:
 
 
 def _roles(machine: MachineConfig) -> Iterator[Finding]:
-    """Cores that lack what their role needs."""
+    """Roles that nobody has, and cores that lack what their role needs."""
+    if machine.roles is None:
+        if machine.all_of(CoreConfig) or not machine.all_of(StageConfig):
+            yield Finding((), "missing key 'roles': which cores run which phase")
+        return
     builder = machine.find(machine.roles.izb_build, CoreConfig)
     if builder is not None and builder.locks is None:
         what = f"'{machine.roles.izb_build}' has no locks; the build phase needs them"

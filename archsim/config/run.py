@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 from archsim.config.machine import MachineConfig
 from archsim.config.scene import SceneConfig
 from archsim.config.section import Finding, Name, Section, report
-from archsim.config.workload import IzbConfig, WorkloadConfig
+from archsim.config.workload import GridConfig, IzbConfig, WorkloadConfig
 
 
 class RunConfig(Section):
@@ -33,4 +33,7 @@ class RunConfig(Section):
         if self.scene is not None and isinstance(self.workload, IzbConfig):
             found = self.workload.light_findings(len(self.scene.lights))
             report([each._replace(path=("workload", *each.path)) for each in found])
+        if isinstance(self.workload, GridConfig) and self.machine.roles is None:
+            what = f"missing key 'roles': the workload '{kind}' runs on cores, and this machine is a pipeline"
+            report([Finding(("machine",), what)])
         return self

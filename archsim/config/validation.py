@@ -110,7 +110,7 @@ def _unknown_kind(model: type[BaseModel], node: Node, loc: KeyPath, path: KeyPat
     if "kind" not in node.value:
         return Problem(node.place, f"missing key '{_dotted((*path, 'kind'))}'")
     kind = node.value["kind"]
-    kinds = [name for section in _sections_at(model, loc) for name in _kinds(section)]
+    kinds = list(dict.fromkeys(name for section in _sections_at(model, loc) for name in _kinds(section)))
     hint = did_you_mean(str(kind.value), kinds) or f"kinds are {', '.join(kinds)}"
     return Problem(
         kind.where, f"{_dotted((*path, 'kind'))}: must be a known kind, not {_shown(kind.plain())}", hint

@@ -14,7 +14,7 @@ from archsim.config.components import (
     LocksConfig,
 )
 from archsim.config.dram import TimingConfig
-from archsim.config.machine import MachineConfig, path_down
+from archsim.config.machine import MachineConfig
 from archsim.machine.spec import MachineSpec
 from archsim.model.cache.spec import DRAM_PARENT, CacheSpec
 from archsim.model.core.spec import CoreSpec, TaskOrder
@@ -43,7 +43,7 @@ def group_machine(machine: MachineConfig, group: str) -> PhaseMachine:
     """The components reachable from a group of cores."""
     core = machine.all_of(CoreConfig)[group]
     periods = clock_periods(machine.clocks)
-    levels = path_down(machine, core.memory)
+    levels = machine.caches_below(core.memory)
     dram = dram_component(machine, machine.all_of(CacheConfig)[levels[-1]].next)
     caches, names = _caches([machine.all_of(CacheConfig)[name] for name in levels], levels, core.count)
     source, fifo = _supply(machine, core)
@@ -90,12 +90,13 @@ def _caches(
                 parent = DRAM_PARENT
             else:
                 parent = below + (index if counts[k + 1] > 1 else 0)
-            caches.append(_cache(level, parent))
+            caches.append(cache_spec(level, parent))
             names.append(level_names[k])
     return tuple(caches), tuple(names)
 
 
-def _cache(config: CacheConfig, parent: int) -> CacheSpec:
+def cache_spec(config: CacheConfig, parent: int) -> CacheSpec:
+    """The cache over cache number `parent`."""
     return CacheSpec(
         num_sets=config.num_sets,
         num_ways=config.ways,

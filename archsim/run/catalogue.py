@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from archsim.run import izb_statistics, metrics, replay_statistics
+from archsim.run import izb_statistics, metrics, pipeline_metrics, replay_statistics
 from archsim.run.measure import Measure, Table
 
 
@@ -23,6 +23,11 @@ SECTIONS = [
     Section("Locks, in every phase", "{phase}.locks", metrics.LOCKS),
     Section("Every cache, in every phase; caches of one name are summed", "{phase}.{cache}", metrics.CACHES),
     Section("DRAM, in every phase, summed over the channels", "{phase}.dram", metrics.DRAM),
+    Section("Pipelines, besides the statistics of caches and DRAM", "{pipeline}", pipeline_metrics.RUN),
+    Section("Every unit of a pipeline", "{pipeline}.{unit}", pipeline_metrics.UNITS),
+    Section("Every fifo and delay stream of a pipeline", "{pipeline}.{channel}", pipeline_metrics.CHANNELS),
+    Section("Every delay stream of a pipeline", "{pipeline}.{delay_stream}", pipeline_metrics.STREAMS),
+    Section("Every pool of a pipeline", "{pipeline}.{pool}", pipeline_metrics.POOLS),
     Section("Irregular shadow mapping: the workload", "workload", izb_statistics.WORKLOAD),
     Section("Irregular shadow mapping: the picture", "workload", izb_statistics.PICTURE),
     Section("Irregular shadow mapping: the build phase", "izb_build", izb_statistics.BUILD_COST),
@@ -43,8 +48,8 @@ _HEAD = """\
 # Statistics
 
 Every number in `result.json`, with its unit and the one sentence that defines it. `{phase}` is a phase of the
-workload, such as `izb_build`; `{cache}` is a cache of the machine by name, such as `l2`; `{level}` is a cache, or
-`dram`. This page is printed by `archsim statistics`.
+workload, such as `izb_build`, and `{pipeline}` one that a pipeline plays; `{cache}` is a cache of the machine by name,
+such as `l2`; `{level}` is a cache, or `dram`. This page is printed by `archsim statistics`.
 """
 
 

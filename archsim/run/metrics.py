@@ -267,6 +267,12 @@ def phase_statistics(phase: str, machine: PhaseMachine, counters: Counters) -> l
     for level, members in _by_name([*machine.cache_names, "dram"]).items():
         found += measured(phase, LEVELS, LevelView(view, tuple(members)), level=level)
     found += measured(f"{phase}.locks", LOCKS, view)
+    return found + memory_statistics(phase, machine, counters)
+
+
+def memory_statistics(phase: str, machine: PhaseMachine, counters: Counters) -> list[Statistic]:
+    """The counters of caches and DRAM and the ratios made of them."""
+    view, found = PhaseView(machine, counters), []
     for cache, members in _by_name(machine.cache_names).items():
         found += measured(f"{phase}.{cache}", CACHES, CacheView(view, members))
     return found + measured(f"{phase}.dram", DRAM, DramView(view))
@@ -308,10 +314,11 @@ def phase_checks(phase: str, machine: PhaseMachine, counters: Counters) -> list[
             laws.append(
                 (f"fetches from cache {k}", counters.cache_fetches[children].sum(), counters.cache_reads[k])
             )
-    return [_equal(f"{phase}: {name}", left, right) for name, left, right in laws]
+    return [equal(f"{phase}: {name}", left, right) for name, left, right in laws]
 
 
-def _equal(name: str, left: np.ndarray | int, right: np.ndarray | int) -> Check:
+def equal(name: str, left: np.ndarray | int, right: np.ndarray | int) -> Check:
+    """The law that two counts are equal."""
     return Check(name, bool(np.array_equal(left, right)), f"{_plain(left)} = {_plain(right)}")
 
 
