@@ -118,7 +118,7 @@ CHANNELS = [
 STREAMS = [
     Measure("bytes", "bytes", "Bytes of the items.", lambda view: view.own("stream_bytes")),
     Measure(
-        "writes", "requests", "Requests that wrote them to the DRAM.", lambda view: view.own("stream_writes")
+        "writes", "requests", "Requests to the DRAM that wrote them.", lambda view: view.own("stream_writes")
     ),
     Measure("reads", "requests", "Requests that read them back.", lambda view: view.own("stream_reads")),
     Measure("marks", "markers", "MARK operations.", lambda view: view.own("stream_marks")),
