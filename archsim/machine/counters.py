@@ -46,6 +46,13 @@ class Counters(NamedTuple):
     dram_precharges: np.ndarray  # [H] PRE commands (a precharge-all counts once)
     dram_refreshes: np.ndarray  # [H] REF commands
     dram_data_clocks: np.ndarray  # [H] memory clocks in which the data bus carried data
+    dram_read_queue_clocks: np.ndarray  # [H] memory clocks that reads waited for others, summed over reads
+    dram_read_refresh_clocks: np.ndarray  # [H] that they waited for a refresh
+    dram_read_activation_clocks: np.ndarray  # [H] that they waited for their row to be opened
+    dram_read_turnaround_clocks: (
+        np.ndarray
+    )  # [H] that they waited for the bus to turn from writing to reading
+    dram_read_bus_clocks: np.ndarray  # [H] from their column command to their last data
 
 
 def no_counters(spec: MachineSpec) -> Counters:

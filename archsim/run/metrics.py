@@ -246,6 +246,36 @@ DRAM = [
     Measure("refreshes", "commands", "REF commands.", lambda view: view.total("refreshes")),
     Measure("bytes", "bytes", "Bytes carried by the data buses.", lambda view: view.moved_bytes),
     Measure(
+        "read_queue_clocks",
+        "clocks",
+        "Memory clocks that reads waited for other requests, summed over the reads.",
+        lambda view: view.total("read_queue_clocks"),
+    ),
+    Measure(
+        "read_refresh_clocks",
+        "clocks",
+        "Memory clocks that reads waited for a refresh, summed over the reads.",
+        lambda view: view.total("read_refresh_clocks"),
+    ),
+    Measure(
+        "read_activation_clocks",
+        "clocks",
+        "Memory clocks that reads waited for their row to be opened, summed over the reads.",
+        lambda view: view.total("read_activation_clocks"),
+    ),
+    Measure(
+        "read_turnaround_clocks",
+        "clocks",
+        "Memory clocks that reads waited for the bus to turn from writing to reading, summed over the reads.",
+        lambda view: view.total("read_turnaround_clocks"),
+    ),
+    Measure(
+        "read_bus_clocks",
+        "clocks",
+        "Memory clocks from reads' column commands to their last data, summed over the reads.",
+        lambda view: view.total("read_bus_clocks"),
+    ),
+    Measure(
         "bandwidth_bytes_per_cycle",
         "bytes/cycle",
         "Bytes over core cycles.",

@@ -225,6 +225,11 @@ _COUNTERS = (
     "activates",
     "precharges",
     "refreshes",
+    "read_queue_clocks",
+    "read_refresh_clocks",
+    "read_activation_clocks",
+    "read_turnaround_clocks",
+    "read_bus_clocks",
 )
 
 

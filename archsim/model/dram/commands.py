@@ -33,4 +33,9 @@ DRAM_COUNTERS = (
     "precharges",
     "refreshes",
     "data_clocks",
+    "read_queue_clocks",
+    "read_refresh_clocks",
+    "read_activation_clocks",
+    "read_turnaround_clocks",
+    "read_bus_clocks",
 )

@@ -162,6 +162,7 @@ def _serve_first(spec, state, clock, number):
             channel["writes"] += 1
         else:
             channel["reads"] += 1
+            channel["read_bus_clocks"] += spec.timing.n_cl
         drop_oldest(state.queue, number)
     state.due[number] = NEVER
     if num_items(state.queue, number) > 0:

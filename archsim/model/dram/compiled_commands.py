@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from archsim.model.compiled import inlined_step, step
 from archsim.model.dram.commands import Command
+from archsim.model.dram.compiled_read import charge_read
 from archsim.model.dram.compiled_state import CLOSED, NO_REQUESTER, NOBODY, WRITES
 
 _ACT, _PRE, _PREA = int(Command.ACT), int(Command.PRE), int(Command.PREA)
@@ -27,7 +28,7 @@ def activate(spec, state, clock, number, bank_number, row):
     """ACT in `clock`."""
     timing, channel, bank = spec.timing, state.channels[number], state.banks[number, bank_number]
     channel["activates"] += 1
-    bank["open_row"], bank["last_use"] = row, clock
+    bank["open_row"], bank["last_use"], bank["opened"] = row, clock, clock
     raise_to(bank, "read", clock + timing.n_rcd_read)
     raise_to(bank, "write", clock + timing.n_rcd_write)
     raise_to(bank, "pre", clock + timing.n_ras)
@@ -75,7 +76,7 @@ def precharge(spec, state, clock, number, bank_number):
 def _close(spec, state, clock, number, bank_number):
     """Close a bank in `clock`: nobody's row is open then."""
     bank = state.banks[number, bank_number]
-    bank["open_row"] = CLOSED
+    bank["open_row"], bank["closed"] = CLOSED, clock
     raise_to(bank, "act", clock + spec.timing.n_rp)
     state.lists[number, bank_number, 0]["hit"] = NOBODY
     state.lists[number, bank_number, 1]["hit"] = NOBODY
@@ -108,6 +109,7 @@ def refresh(spec, state, clock, number):
         return
 
     channel["refreshes"] += 1
+    channel["refresh_began"], channel["refresh_ended"] = channel["next_refresh"], clock + spec.timing.n_rfc
     channel["next_refresh"] += spec.timing.n_refi
     for bank_number in range(spec.num_banks):
         raise_to(state.banks[number, bank_number], "act", clock + spec.timing.n_rfc)
@@ -127,6 +129,7 @@ def column(spec, state, clock, number, slot):
     read_in_group = last + timing.n_ccd_l
     if is_write != 0:
         written = last + timing.n_wl + spec.burst_beats // spec.clock_beats
+        channel["written"], channel["written_bank"] = written, request["bank"]
         raise_to(channel, "data_end", written)
         channel["writes"] += 1
         channel["data_beats"] = (last + timing.n_wl) * spec.clock_beats + spec.burst_beats - 1
@@ -135,6 +138,7 @@ def column(spec, state, clock, number, slot):
         read_in_group = max(read_in_group, written + timing.n_wtr_l)
     else:
         channel["reads"] += 1
+        charge_read(spec, channel, bank, request, clock, last)
         channel["data_beats"] = (last + timing.n_cl) * spec.clock_beats + spec.burst_beats - 1
         raise_to(channel, "data_end", last + timing.n_cl + spec.burst_beats // spec.clock_beats)
         raise_to(channel, "write", last + timing.n_rtw)

@@ -28,6 +28,8 @@ _BANK_FIELDS = (
     "act",  # earliest ACT
     "pre",  # earliest PRE
     "last_use",  # clock of the last ACT or column command
+    "opened",  # clock of the last ACT
+    "closed",  # clock of the last PRE
 )
 _CHANNEL_FIELDS = (
     "read",  # earliest RD
@@ -35,6 +37,10 @@ _CHANNEL_FIELDS = (
     "act",  # earliest ACT
     "last_burst",  # column command of the last request's last burst
     "next_refresh",  # when a REF is due
+    "refresh_began",  # when the last REF was due
+    "refresh_ended",  # when the banks could be used after it
+    "written",  # when the last data written ended
+    "written_bank",  # where it went
     "data_beats",  # beats of time until the data of the request answered last has moved
     "data_end",  # when the data of all requests served so far has moved
     "last_wake",  # clock at which the channel was last woken
@@ -97,9 +103,11 @@ def new_dram(spec: DramSpec, queue_capacity: int, log_capacity: int = 0) -> Dram
     waiting["next"][:, 1:-1] = np.arange(2, num_slots)
     banks = np.zeros((spec.num_channels, spec.num_banks), BANK)
     banks["open_row"] = CLOSED
+    banks["closed"] = -1
     channels = np.zeros(spec.num_channels, CHANNEL)
     channels["last_burst"] = channels["last_wake"] = -1
     channels["next_refresh"] = refresh
+    channels["written"] = LONG_AGO
     channels["free"] = 1
     channels["plan"], channels["plan_due"] = PLAN_AGAIN, refresh
     return DramState(

@@ -117,6 +117,8 @@ class Channel:
             self.counts["row_hits"] += 1
             self.counts["data_clocks"] += queued.num_bursts * self.spec.burst_clocks
             self.counts["writes" if queued.is_write else "reads"] += 1
+            if not queued.is_write:
+                self.counts["read_bus_clocks"] += self.spec.timing.n_cl
             if queued.request.answer is not None:
                 self._answer(m + self.spec.timing.n_cl, 0, queued.request)
         self.reads.clear()
@@ -172,9 +174,9 @@ class Channel:
                     self.banks.precharge(m, bank)
         elif all(m >= bank.act_ready for bank in self.banks.banks):
             self.counts["refreshes"] += 1
-            self.next_refresh += self.spec.timing.n_refi
             self.record(m, self.index, Command.REF, 0, 0, 0, 0)
-            self.banks.refresh(m)
+            self.banks.refresh_all(m, self.next_refresh)
+            self.next_refresh += self.spec.timing.n_refi
 
     def _serve(self, m: int) -> None:
         """A column command for the oldest that can have one, else a row command for the oldest that can."""
@@ -254,6 +256,9 @@ class Channel:
         else:
             self.reads.remove(queued)
             self.counts["reads"] += 1
+            for cause, clocks in self.banks.waits(queued.arrival_clock, m, bank).items():
+                self.counts[f"read_{cause}_clocks"] += clocks
+            self.counts["read_bus_clocks"] += last + spec.timing.n_cl + spec.burst_clocks - m
             self.banks.read(last, bank)
         if queued.request.answer is not None:
             self._answer(last + to_data, spec.burst_beats - 1, queued.request)

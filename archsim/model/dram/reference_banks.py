@@ -18,6 +18,8 @@ class Bank:
         self.open_row: int | None = None
         self.read_ready = self.write_ready = self.pre_ready = self.act_ready = 0
         self.last_use = 0  # clock of the last ACT or column command
+        self.opened = 0  # clock of the last ACT
+        self.closed = -1  # clock of the last PRE
 
 
 class Banks:
@@ -28,6 +30,8 @@ class Banks:
         self.banks = [Bank(number) for number in range(spec.num_banks)]
         self.read_ready = self.write_ready = self.act_ready = 0
         self.activates: list[int] = []  # clocks of all ACT of the last window
+        self.refresh = (0, 0)  # the last one: when it was due, when the banks could be used again
+        self.written: tuple[int, Bank] | None = None  # the last data written: when it ended, where
 
     def __getitem__(self, number: int) -> Bank:
         return self.banks[number]
@@ -46,7 +50,7 @@ class Banks:
 
     def activate(self, m: int, bank: Bank, row: int) -> None:
         timing = self.timing
-        bank.open_row, bank.last_use = row, m
+        bank.open_row, bank.last_use, bank.opened = row, m, m
         bank.read_ready = max(bank.read_ready, m + timing.n_rcd_read)
         bank.write_ready = max(bank.write_ready, m + timing.n_rcd_write)
         bank.pre_ready = max(bank.pre_ready, m + timing.n_ras)
@@ -59,10 +63,11 @@ class Banks:
             self.act_ready = max(self.act_ready, self.activates[0] + timing.n_faw)
 
     def precharge(self, m: int, bank: Bank) -> None:
-        bank.open_row = None
+        bank.open_row, bank.closed = None, m
         bank.act_ready = max(bank.act_ready, m + self.timing.n_rp)
 
-    def refresh(self, m: int) -> None:
+    def refresh_all(self, m: int, due: int) -> None:
+        self.refresh = (due, m + self.timing.n_rfc)
         for bank in self.banks:
             bank.act_ready = max(bank.act_ready, m + self.timing.n_rfc)
 
@@ -78,6 +83,7 @@ class Banks:
         timing = self.timing
         written = last + timing.n_wl + self.spec.burst_clocks
         self._next_columns(last, bank)
+        self.written = (written, bank)
         self.read_ready = max(self.read_ready, written + timing.n_wtr)
         for other in self._group_of(bank):
             other.read_ready = max(other.read_ready, written + timing.n_wtr_l)
@@ -96,3 +102,24 @@ class Banks:
         """The banks of the same group, itself included; nobody where there are no groups."""
         groups = self.spec.num_groups
         return [b for b in self.banks if b.number % groups == bank.number % groups] if groups > 1 else []
+
+    def waits(self, arrival: int, m: int, bank: Bank) -> dict[str, int]:
+        """What a read that came at `arrival` waited for until its RD at `m`, in clocks: machine/README.md."""
+        ready = bank.opened + self.timing.n_rcd_read
+        row_work = bank.opened - self.timing.n_rp if bank.closed >= arrival else bank.opened
+        clocks = {
+            "refresh": _overlap((arrival, m), self.refresh),
+            "activation": _overlap((arrival, m), (max(row_work, self.refresh[1]), ready)),
+            "turnaround": 0,
+        }
+        if self.written is not None:
+            ended, where = self.written
+            same_group = self.spec.num_groups > 1 and where in self._group_of(bank)
+            n_wtr = self.timing.n_wtr_l if same_group else self.timing.n_wtr
+            clocks["turnaround"] = _overlap((arrival, m), (max(ended, ready), ended + n_wtr))
+        return {**clocks, "queue": m - arrival - sum(clocks.values())}
+
+
+def _overlap(a: tuple[int, int], b: tuple[int, int]) -> int:
+    """Clocks that are in both spans, each from its first to before its second."""
+    return max(0, min(a[1], b[1]) - max(a[0], b[0]))
