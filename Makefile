@@ -4,7 +4,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 PYTEST := $(BIN)/python -m pytest -q
 
-.PHONY: reproduce test test-slow lint clean
+.PHONY: reproduce test test-slow lint docs clean
 
 reproduce: .venv/installed
 	$(BIN)/archsim reproduce johnson2004
@@ -22,6 +22,11 @@ lint: .venv/installed
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
+
+docs: .venv/installed
+	$(BIN)/sphinx-build -q -W -C -D project=archsim -D extensions=myst_parser \
+		-D suppress_warnings=myst.xref_missing,myst.header archsim/docs build/docs
+	@echo "open build/docs/index.html"
 
 clean:
 	rm -rf .venv build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis

@@ -43,7 +43,7 @@ def test_the_package_works_outside_a_checkout(tmp_path):
     assert "izb_build: 40 instructions" in run("asm", "izb_build")
 
 
-@pytest.mark.parametrize("target", ["reproduce", "test", "test-slow", "lint", "clean"])
+@pytest.mark.parametrize("target", ["reproduce", "test", "test-slow", "lint", "docs", "clean"])
 def test_make_knows_the_targets(target):
     planned = subprocess.run(["make", "-n", target], cwd=ROOT, capture_output=True, text=True, check=False)
 
