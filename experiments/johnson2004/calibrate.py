@@ -1,10 +1,10 @@
 """Search camera, lights and generator parameters so that Table 1's workload columns come near the paper's.
 
-Run: python experiments/johnson2004/calibrate.py doom|knot [--tries N] [--steps N] [--seed S]
+Run: python experiments/johnson2004/calibrate.py doom|knot [--tries N] [--steps N] [--seed S] [--start SCENE]
 
 Only Table 1 is looked at: cycles, latencies and useful cycles never enter. The same options give the same views: random
-views at an eighth of the resolution, walks downhill from the best few, and a last walk at a half. What is found is
-printed as YAML with the residual of each column.
+views at an eighth of the resolution, or the view of a scene file, walks downhill from the best few, and a last walk at
+a half. What is found is printed as YAML with the residual of each column.
 """
 
 from __future__ import annotations
@@ -21,11 +21,12 @@ import yaml
 from light_fit import COLUMNS, fitted_light, measure, misfit, printed_columns, rounded, unit
 
 from archsim import resources
+from archsim.config import load_scene as load_config
 from archsim.raster.eye_view import EyeView, eye_view
 from archsim.scene.camera import Camera
 from archsim.scene.generators import make_mesh
 from archsim.scene.mesh import Mesh, load_mesh
-from archsim.scene.scene import Light, Scene
+from archsim.scene.scene import Light, Scene, load_scene
 from archsim.shadow.light_view import sample_points
 
 PRINTED = yaml.safe_load((Path(__file__).parent / "printed.yaml").read_text())["table1_workload"]
@@ -83,26 +84,33 @@ def main() -> None:
     parser.add_argument("--tries", type=int, default=6000, help="random views")
     parser.add_argument("--steps", type=int, default=300, help="steps of each walk")
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--start", help="a scene of the level to walk from, instead of random views")
     options = parser.parse_args()
-    theme = THEMES[options.scene]()
-    best = search(theme, options.tries, options.steps, np.random.default_rng(options.seed))
+    theme, rng = THEMES[options.scene](), np.random.default_rng(options.seed)
+    if options.start:
+        starts = [guess_of(load_scene(load_config(options.start)))]
+    else:
+        starts = random_starts(theme, options.tries, rng)
+    best = search(theme, starts, options.steps, rng)
     show(theme, best)
 
 
-def search(theme: Theme, tries: int, steps: int, rng: np.random.Generator) -> View:
-    """Random views, walks from the best few, one last walk from the best of them."""
+def search(theme: Theme, starts: list[Guess], steps: int, rng: np.random.Generator) -> View:
+    """Walks from a few views, one last walk from the best of them."""
+    walked = [walk(theme, guess, COARSE, steps, rng) for guess in starts]
+    _, best = min(walked, key=lambda pair: pair[0].total)
+    return walk(theme, best, FINE, steps // 4, rng)[0]
+
+
+def random_starts(theme: Theme, tries: int, rng: np.random.Generator) -> list[Guess]:
+    """The best few of so many random views."""
     found: list[tuple[float, int, Guess]] = []
     for number in range(tries):
         guess = random_guess(theme, rng)
         view = evaluated(theme, guess, COARSE)
         if view is not None:
             found.append((view.total, number, guess))
-    walked = [
-        walk(theme, guess, COARSE, steps, rng)
-        for _, _, guess in sorted(found, key=lambda f: f[:2])[:NUM_WALKS]
-    ]
-    _, best = min(walked, key=lambda pair: pair[0].total)
-    return walk(theme, best, FINE, steps // 4, rng)[0]
+    return [guess for _, _, guess in sorted(found, key=lambda each: each[:2])[:NUM_WALKS]]
 
 
 def random_guess(theme: Theme, rng: np.random.Generator) -> Guess:
@@ -113,13 +121,14 @@ def random_guess(theme: Theme, rng: np.random.Generator) -> Guess:
 def walk(theme: Theme, guess: Guess, scale: int, steps: int, rng: np.random.Generator) -> tuple[View, Guess]:
     """Small random changes, kept when they help; steps grow on success and shrink on failure."""
     view = evaluated(theme, guess, scale)
+    lights = None if view is None else np.array([light.position for light in view.lights])
     size = 0.1 if scale == COARSE else 0.01
     for _ in range(steps):
         moved = guess.numbers + size * rng.normal(0, 1, theme.num_numbers) * (
             rng.random(theme.num_numbers) < 0.5
         )
         candidate = guess._replace(numbers=np.clip(moved, 0, 1))
-        other = evaluated(theme, candidate, scale)
+        other = evaluated(theme, candidate, scale, lights)
         if other is not None and (view is None or other.total < view.total):
             view, guess, size = other, candidate, size * 1.5
         else:
@@ -129,19 +138,24 @@ def walk(theme: Theme, guess: Guess, scale: int, steps: int, rng: np.random.Gene
     return view, guess
 
 
-def evaluated(theme: Theme, guess: Guess, scale: int) -> View | None:
-    """The best lights for a guess's picture; None if it is not a picture to show, or too few lights suit it."""
+def evaluated(theme: Theme, guess: Guess, scale: int, lights: np.ndarray | None = None) -> View | None:
+    """The best lights for a guess's picture; None if it is not a picture to show, or too few lights suit it.
+
+    `lights`: where a level's lights to choose from are; by default all that the stage has.
+    """
     stage = theme.stage(guess)
+    if lights is not None and len(stage.lights) > len(lights):
+        stage = stage._replace(lights=lights)
     scene = Scene(stage.mesh, stage.camera, (), 1280 // scale, 1024 // scale, "search")
     seen = eye_view(stage.mesh, stage.camera, scene.width, scene.height)
     if not is_picture(theme, stage, seen):
         return None
     points = sample_points(scene, seen)
-    lights = [light for light in stage.lights if lights_all(points, light)]
-    if len(lights) < len(theme.rows):
+    fitting = [light for light in stage.lights if lights_all(points, light)]
+    if len(fitting) < len(theme.rows):
         return None
-    options = [[scored(scene, seen, light, PRINTED[row], scale) for light in lights] for row in theme.rows]
-    orders = itertools.permutations(range(len(lights)), len(theme.rows))
+    options = [[scored(scene, seen, light, PRINTED[row], scale) for light in fitting] for row in theme.rows]
+    orders = itertools.permutations(range(len(fitting)), len(theme.rows))
     views = ([row[k] for row, k in zip(options, order, strict=True)] for order in orders)
     whole = [view for view in views if all(view)]
     if not whole:
@@ -211,6 +225,18 @@ def doom_theme() -> Theme:
         )
 
     return Theme(("doom_light0", "doom_light1"), 6, (len(lights),), stage, 250, len(level.triangles), 1.0)
+
+
+def guess_of(scene: Scene) -> Guess:
+    """The guess that gives about the camera of a scene of the level: its eye is near one of the level's lights."""
+    lights = np.load(resources.mesh(LEVEL))["lights"][:, :3].astype(float).round(4)
+    away = np.abs(scene.camera.eye - lights) / REACH
+    light = int(away.max(axis=1).argmin())
+    forward = unit(scene.camera.target - scene.camera.eye)
+    yaw, pitch = math.atan2(forward[1], forward[0]) % (2 * math.pi), math.asin(forward[2])
+    place = ((scene.camera.eye - lights[light]) / REACH + 1) / 2
+    numbers = [*place, yaw / (2 * math.pi), (pitch + 0.7) / 1.1, (scene.camera.fovy_degrees - 45) / 45]
+    return Guess(np.array(numbers), (light,))
 
 
 TURNS = ((2, 3), (3, 2), (2, 5), (3, 4), (3, 5))
