@@ -30,6 +30,12 @@ class GridConfig(Section):
     grid_tile: Size  # cells; the physical grid is stored tile by tile
     pixel_tile: Size  # pixels; a task of the build phase
     tile_order: Literal["interleaved", "block"] = "interleaved"  # consecutive pixel tiles over build threads
+    structure: Literal["list", "kd_tree"] = "list"  # what holds the samples of a cell
+    # pixel: a sample's node lies at its pixel's place; pool: threads take the next free nodes
+    node_layout: Literal["pixel", "pool"] = "pixel"
+    locks: Annotated[int, Field(ge=1, le=256)] = (
+        256  # on-chip locks that building uses; a cell has one of them
+    )
 
     @model_validator(mode="after")
     def _check(self) -> GridConfig:

@@ -1,4 +1,4 @@
-"""The build phase: `kernels/izb_build.s` over tiles of pixels."""
+"""The build phase: `kernels/izb_build.s`, or `izb_build_kd.s`, over tiles of pixels."""
 
 from __future__ import annotations
 
@@ -7,14 +7,15 @@ from collections.abc import Iterator
 import numpy as np
 
 from archsim.execute.interpreter import execute
-from archsim.execute.izb_memory import IzbMemory
+from archsim.execute.izb_memory import IzbMemory, Structure
 from archsim.isa.assembler import load_kernel
 from archsim.shadow.grid import Grid
 from archsim.shadow.pixel_tiles import PixelTiles, populated_tiles
 from archsim.shadow.transform import LightTransform
-from archsim.trace.records import Tasks
+from archsim.trace.records import Op, Tasks
 from archsim.trace.stream import Work, chunked
 
+KERNELS = {Structure.LIST: "izb_build", Structure.KD_TREE: "izb_build_kd"}
 CHUNK_TASKS = 1024
 LAST_CONSTANT = 255
 
@@ -23,14 +24,24 @@ def build_work(
     memory: IzbMemory, grid: Grid, tiles: PixelTiles, transform: LightTransform, order: np.ndarray
 ) -> Work:
     """One task for each tile in `order`. The lists are in memory when the work has been drawn to its end."""
-    return chunked(len(order), _execute(memory, constants(grid, transform), attributes(memory, tiles)[order]))
+    constant = constants(memory, grid, transform)
+    return chunked(len(order), _execute(memory, constant, attributes(memory, tiles)[order]))
 
 
 def _execute(memory: IzbMemory, constant: np.ndarray, attribute: np.ndarray) -> Iterator[Tasks]:
-    program = load_kernel("izb_build")
+    program = load_kernel(KERNELS[Structure(memory.storage.structure)])
     for start in range(0, len(attribute), CHUNK_TASKS):
         chunk = attribute[start : start + CHUNK_TASKS]
-        yield execute(program, chunk, constant, memory.windows, memory.words).tasks
+        tasks = execute(program, chunk, constant, memory.windows, memory.words).tasks
+        _share_locks(tasks, memory.storage.num_locks)
+        yield tasks
+
+
+def _share_locks(tasks: Tasks, num_locks: int) -> None:
+    """Let the kernel's locks, of which a task holds one at a time, stand for fewer: number modulo `num_locks`."""
+    records = tasks.records
+    locking = (records["op"] == Op.LOCK) | (records["op"] == Op.UNLOCK)
+    records["address"] = np.where(locking, records["address"] % num_locks, records["address"])
 
 
 def tile_order(tiles: PixelTiles, num_threads: int, block: bool) -> np.ndarray:
@@ -52,18 +63,19 @@ def attributes(memory: IzbMemory, tiles: PixelTiles) -> np.ndarray:
     first_pixel = tile * tiles.num_pairs * 2
     attribute = np.zeros((len(tile), 2, 4), np.float32)
     attribute[:, 0, 0] = -tiles.num_pairs
-    attribute[:, 0, 1] = memory.first_node + first_pixel
-    attribute[:, 0, 2] = memory.first_node + first_pixel + 1
+    attribute[:, 0, 1] = memory.first_node + memory.node_of_sample[first_pixel]
+    attribute[:, 0, 2] = attribute[:, 0, 1] + 1
     attribute[:, 0, 3] = memory.first_pair + first_pixel // 2
     attribute[:, 1, :2] = tiles.origins
     return attribute
 
 
-def constants(grid: Grid, transform: LightTransform) -> np.ndarray:
+def constants(memory: IzbMemory, grid: Grid, transform: LightTransform) -> np.ndarray:
     """float32 [256, 4]: c[] of the kernel."""
     constant = np.zeros((256, 4), np.float32)
     area, tiles_wide = grid.tile_area, grid.tiles_wide
-    constant[0] = (1, 2, 2, 1)
+    between_pairs = 2 * max(1, memory.storage.pool_threads)
+    constant[0] = (1, between_pairs, between_pairs, 1)
     constant[1] = transform.step_x
     constant[2] = transform.step_y
     constant[3] = transform.depth
@@ -73,5 +85,6 @@ def constants(grid: Grid, transform: LightTransform) -> np.ndarray:
     constant[7] = (grid.tiles_wide, grid.tiles_high) * 2
     constant[8] = (area - grid.tile_width, tiles_wide * area - area) * 2
     constant[9] = (grid.tile_width, area) * 2
+    constant[10] = (0, 4, 2, 3)
     constant[LAST_CONSTANT - len(transform.pair) : LAST_CONSTANT] = transform.pair
     return constant

@@ -3,21 +3,45 @@
 Window B0: stencil (4 bytes a logical cell), then reciprocal eye depths (8 bytes a pixel pair).
 Window B1: list heads (4 bytes a physical cell), then list nodes (16 bytes a sample: x, y, depth, next).
 Both end with a guard element that holds no data. A list head or `next` is a node index in B1, 0 ends a list.
+With a k-d tree in each cell, heads are roots and nodes are x, y and two links (kernels/izb_build_kd.s).
+
+A sample's node lies at the sample's own place among all pixels, or in a pool: the threads, in step, each take the next
+two nodes for their next two pixels, so that neighbours in memory belong to different tiles.
 """
 
 from __future__ import annotations
 
+from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
 
 from archsim.errors import fail
 from archsim.execute.memory import Window, new_memory
+from archsim.isa.program import NUM_LOCKS
 from archsim.shadow.grid import Grid
 from archsim.shadow.pixel_tiles import PixelTiles
 
 WORD, PAIR, NODE = 4, 8, 16  # bytes
 MAX_INDEX = 2**24  # integers that a float32 register holds exactly
+
+
+class Structure(IntEnum):
+    """What holds the samples of a grid cell."""
+
+    LIST = 0
+    KD_TREE = 1
+
+
+class Storage(NamedTuple):
+    """Choices that change addresses and locks, but no picture."""
+
+    structure: int = Structure.LIST
+    num_locks: int = NUM_LOCKS  # of those on the chip, how many the build kernel uses
+    pool_threads: int = 0  # threads that take nodes from one pool; 0: a node lies at its sample's place
+
+
+LISTS = Storage()
 
 
 class IzbMemory(NamedTuple):
@@ -26,28 +50,53 @@ class IzbMemory(NamedTuple):
     words: np.ndarray  # float32 [(B1.base + B1.size) / 4]
     windows: tuple[Window, Window]
     first_pair: int  # pair index in B0 of the first depth pair
-    first_node: int  # node index in B1 of the first sample
+    first_node: int  # node index in B1 of the first node
+    storage: Storage
+    node_of_sample: np.ndarray  # int32 [num_samples] number of its node, counted from first_node
+    sample_of_node: np.ndarray  # int32 [num_nodes]
 
 
-def lay_out(grid: Grid, tiles: PixelTiles) -> IzbMemory:
-    """Memory with cleared heads and stencil and with the depths of `tiles` in place.
+def lay_out(grid: Grid, tiles: PixelTiles, order: np.ndarray, storage: Storage = LISTS) -> IzbMemory:
+    """Memory with cleared heads and stencil and with the depths of `tiles` in place; tiles are built in `order`.
 
     Clearing costs are not part of the build phase ([Johnson04] sec. 6).
     """
+    node_of_sample, sample_of_node = _places(tiles, order, storage.pool_threads)
     first_pair = _ceil_div(grid.num_logical_cells * WORD, PAIR)
     first_node = max(1, _ceil_div(grid.num_physical_cells * WORD, NODE))
     num_pixels = tiles.reciprocal_depth.size
-    if max(first_node + num_pixels, first_pair * 2, grid.num_logical_cells) >= MAX_INDEX:
+    num_nodes = len(sample_of_node)
+    largest_node = (first_node + num_nodes) * (NODE // WORD if storage.structure == Structure.KD_TREE else 1)
+    if max(largest_node, first_pair * 2, grid.num_logical_cells) >= MAX_INDEX:
         raise fail(
             f"{num_pixels} samples and {grid.num_logical_cells} logical cells need node numbers beyond 2^24"
         )
     size_0 = _power_of_two((first_pair + num_pixels // 2) * PAIR + NODE)
-    size_1 = _power_of_two((first_node + num_pixels) * NODE + NODE)
+    size_1 = _power_of_two((first_node + num_nodes) * NODE + NODE)
     base_1 = _ceil_div(size_0, size_1) * size_1
     words = new_memory(base_1 + size_1)
     start = first_pair * PAIR // WORD
     words[start : start + num_pixels] = tiles.reciprocal_depth.ravel()
-    return IzbMemory(words, (Window(0, size_0), Window(base_1, size_1)), first_pair, first_node)
+    windows = (Window(0, size_0), Window(base_1, size_1))
+    return IzbMemory(words, windows, first_pair, first_node, storage, node_of_sample, sample_of_node)
+
+
+def _places(tiles: PixelTiles, order: np.ndarray, pool_threads: int) -> tuple[np.ndarray, np.ndarray]:
+    """Node of each sample, and sample of each node."""
+    per_tile = tiles.num_pairs * 2
+    if not pool_threads:
+        own = np.arange(tiles.reciprocal_depth.size, dtype=np.int32)
+        return own, own
+    turn, thread = np.divmod(np.arange(len(order)), pool_threads)
+    pair = turn[:, None] * tiles.num_pairs + np.arange(tiles.num_pairs)
+    first = (pair * pool_threads + thread[:, None]) * 2
+    nodes = np.stack([first, first + 1], axis=-1).reshape(len(order), per_tile)
+    samples = order[:, None] * per_tile + np.arange(per_tile)
+    node_of_sample = np.zeros(tiles.reciprocal_depth.size, np.int32)
+    node_of_sample[samples] = nodes
+    sample_of_node = np.zeros(-(-len(order) // pool_threads) * pool_threads * per_tile, np.int32)
+    sample_of_node[nodes] = samples
+    return node_of_sample, sample_of_node
 
 
 def heads(memory: IzbMemory, grid: Grid) -> np.ndarray:
@@ -56,15 +105,21 @@ def heads(memory: IzbMemory, grid: Grid) -> np.ndarray:
     return _as_samples(memory, memory.words[start : start + grid.num_physical_cells])
 
 
-def nodes(memory: IzbMemory, num_samples: int) -> np.ndarray:
-    """float32 [num_samples, 4] list nodes as they lie in memory (a view)."""
+def nodes(memory: IzbMemory) -> np.ndarray:
+    """float32 [num_samples, 4] the nodes of the samples."""
     start = (memory.windows[1].base + memory.first_node * NODE) // WORD
-    return memory.words[start : start + num_samples * 4].reshape(num_samples, 4)
+    stored = memory.words[start : start + len(memory.sample_of_node) * 4].reshape(-1, 4)
+    return stored[memory.node_of_sample]
 
 
-def following(memory: IzbMemory, num_samples: int) -> np.ndarray:
+def following(memory: IzbMemory) -> np.ndarray:
     """int32 [num_samples] next sample in each node's list, -1 for none."""
-    return _as_samples(memory, nodes(memory, num_samples)[:, 3])
+    return _as_samples(memory, nodes(memory)[:, 3])
+
+
+def samples_of(memory: IzbMemory, node_index: np.ndarray) -> np.ndarray:
+    """int32 samples of nodes that are given by their index in B1."""
+    return memory.sample_of_node[node_index - memory.first_node]
 
 
 def stencil(memory: IzbMemory, grid: Grid) -> np.ndarray:
@@ -73,7 +128,8 @@ def stencil(memory: IzbMemory, grid: Grid) -> np.ndarray:
 
 
 def _as_samples(memory: IzbMemory, pointers: np.ndarray) -> np.ndarray:
-    return np.where(pointers > 0, pointers - memory.first_node, -1).astype(np.int32)
+    node = np.where(pointers > 0, pointers - memory.first_node, 0).astype(np.int64)
+    return np.where(pointers > 0, memory.sample_of_node[node], -1).astype(np.int32)
 
 
 def _ceil_div(a: int, b: int) -> int:

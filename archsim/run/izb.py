@@ -141,7 +141,9 @@ def _played_checks(law: ViewLaws, face: Played) -> list[Check]:
     issued = [
         (f"{BUILD}: instructions issued", face.num_built, int(face.build.useful.sum())),
         (f"{RASTER}: instructions issued", face.num_rastered, int(face.raster.useful.sum())),
-        (f"{RASTER}: 5 a fragment, 7 a node, 2 a hit", law.raster_instructions, face.num_rastered),
         ("fragments emitted = played", law.num_fragments, int(face.raster.emitted.sum())),
     ]
+    if law.raster_instructions is not None:
+        explained = (law.raster_instructions, face.num_rastered)
+        issued.insert(2, (f"{RASTER}: 5 a fragment, 7 a node, 2 a hit", *explained))
     return [Check(name, left == right, str(left)) for name, left, right in issued]

@@ -26,8 +26,8 @@ class RenderedIzb(NamedTuple):
 
 
 def depends_on_machine(config: RunConfig) -> dict[str, Any]:
-    """What the work takes from the machine: the number of threads that tiles are dealt to in blocks."""
-    if config.workload.tile_order != "block":
+    """What the work takes from the machine: the number of threads that tiles or nodes are dealt to."""
+    if config.workload.tile_order != "block" and config.workload.node_layout != "pool":
         return {}
     core = phase_machine(config.machine, BUILD).spec.core
     return {"build_threads": core.num_cores * core.num_threads}

@@ -6,11 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from archsim.config import RunConfig
+from archsim.config import GridConfig, RunConfig
 from archsim.errors import ArchsimError, Problem, fail
 from archsim.execute import izb_memory
 from archsim.execute.izb_build import build_work, tile_order
-from archsim.execute.izb_memory import IzbMemory
+from archsim.execute.izb_memory import IzbMemory, Storage, Structure
 from archsim.execute.izb_raster import Output, raster_work
 from archsim.isa.program import NUM_LOCKS
 from archsim.machine.build import PhaseMachine, phase_machine
@@ -30,7 +30,9 @@ class LightViewWork(NamedTuple):
     grid: Grid
     tiles: np.ndarray  # pixel tiles in the order in which the build threads take them
     memory: IzbMemory  # changed by the build phase, read by the raster phase
-    block_threads: int | None  # threads that `tile_order: block` dealt the tiles to, None if interleaved
+    for_threads: (
+        int | None
+    )  # build threads that tiles are dealt to in blocks, or nodes from a pool; None: any
 
     def build(self) -> Work:
         """The build phase. The lists are in memory when it has been drawn to its end."""
@@ -44,7 +46,7 @@ class LightViewWork(NamedTuple):
     def recorded(self, output: Output = lambda samples, depths: None) -> Recorded:
         """Both phases, executed and kept."""
         build = list(self.build().chunks)
-        return Recorded(build, list(self.raster(output).chunks), self.block_threads, self.needed_bytes)
+        return Recorded(build, list(self.raster(output).chunks), self.for_threads, self.needed_bytes)
 
     @property
     def needed_bytes(self) -> int:
@@ -58,7 +60,7 @@ class Recorded(NamedTuple):
 
     build: list[Tasks]
     raster: list[Tasks]
-    block_threads: int | None  # as in LightViewWork
+    for_threads: int | None  # as in LightViewWork
     needed_bytes: int
 
 
@@ -67,16 +69,24 @@ def prepare(config: RunConfig, subject: Subject) -> list[LightViewWork]:
     grid, block = grid_of(config.workload), config.workload.tile_order == "block"
     core = phase_machine(config.machine, BUILD).spec.core
     num_threads = core.num_cores * core.num_threads
+    storage = _storage(config.workload, num_threads)
+    orders = [tile_order(plan.tiles, num_threads, block) for plan in subject.plans]
     return [
         LightViewWork(
             plan,
             grid,
-            tile_order(plan.tiles, num_threads, block),
-            izb_memory.lay_out(grid, plan.tiles),
-            num_threads if block else None,
+            order,
+            izb_memory.lay_out(grid, plan.tiles, order, storage),
+            num_threads if block or storage.pool_threads else None,
         )
-        for plan in subject.plans
+        for plan, order in zip(subject.plans, orders, strict=True)
     ]
+
+
+def _storage(workload: GridConfig, num_threads: int) -> Storage:
+    """How the workload section wants samples to be stored."""
+    pool = num_threads if workload.node_layout == "pool" else 0
+    return Storage(Structure[workload.structure.upper()], workload.locks, pool)
 
 
 def record(config: RunConfig) -> list[Recorded]:
@@ -87,10 +97,8 @@ def record(config: RunConfig) -> list[Recorded]:
 def replay(work: Recorded, phase: str, spec: MachineSpec) -> Work:
     """A phase of recorded work, to be played once more, on a machine. ArchsimError if it was dealt to another."""
     num_threads = spec.core.num_cores * spec.core.num_threads
-    if phase == BUILD and work.block_threads not in (None, num_threads):
-        raise fail(
-            f"tiles were dealt in blocks to {work.block_threads} threads, the machine has {num_threads}"
-        )
+    if phase == BUILD and work.for_threads not in (None, num_threads):
+        raise fail(f"tiles or nodes were dealt to {work.for_threads} threads, the machine has {num_threads}")
     chunks = work.build if phase == BUILD else work.raster
     return Work(sum(tasks.num_tasks for tasks in chunks), iter(chunks))
 

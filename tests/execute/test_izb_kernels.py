@@ -6,6 +6,7 @@ import pytest
 from archsim.errors import ArchsimError
 from archsim.execute import izb_memory
 from archsim.execute.izb_build import build_work, tile_order
+from archsim.execute.izb_memory import LISTS, Storage, Structure
 from archsim.execute.izb_raster import raster_work
 from archsim.raster.eye_view import eye_view
 from archsim.shadow.grid import Grid
@@ -21,14 +22,14 @@ METHODS = [
 ]
 
 
-def executed(scene, method, block=False):
+def executed(scene, method, block=False, storage=LISTS):
     """(plan, memory, outcome, emitted samples, emitted depths, build tasks) of each light view."""
     seen = eye_view(scene.mesh, scene.camera, scene.width, scene.height)
     for plan in plan_faces(scene, seen, scene.lights[0], method):
         order = tile_order(plan.tiles, 3, block)
         per_tile = plan.tiles.num_pairs * 2
         expected = run_face(plan, method.grid, (order[:, None] * per_tile + np.arange(per_tile)).ravel())
-        memory = izb_memory.lay_out(method.grid, plan.tiles)
+        memory = izb_memory.lay_out(method.grid, plan.tiles, order, storage)
         build = list(build_work(memory, method.grid, plan.tiles, plan.transform, order).chunks)
         cells = grid_fragments(plan, izb_memory.stencil(memory, method.grid), method.grid)
         out = [np.empty(0, np.int64)], [np.empty(0, np.float32)]
@@ -45,14 +46,16 @@ def executed(scene, method, block=False):
 
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("seed", range(4))
-@pytest.mark.parametrize("block", [False, True])
-def test_equal_to_the_plain_algorithm(method, seed, block):
-    for plan, memory, expected, samples, depths, _ in executed(soup(seed, 30), method, block):
+@pytest.mark.parametrize(
+    ("block", "storage"), [(False, LISTS), (True, LISTS), (True, Storage(pool_threads=3))]
+)
+def test_equal_to_the_plain_algorithm(method, seed, block, storage):
+    for plan, memory, expected, samples, depths, _ in executed(soup(seed, 30), method, block, storage):
         placed = expected.samples.cell[:, 0] >= 0
-        nodes = izb_memory.nodes(memory, len(placed))
+        nodes = izb_memory.nodes(memory)
         np.testing.assert_array_equal(nodes[placed, :3], expected.samples.position[placed])
         np.testing.assert_array_equal(izb_memory.heads(memory, method.grid), expected.lists.head)
-        following = izb_memory.following(memory, len(placed))
+        following = izb_memory.following(memory)
         np.testing.assert_array_equal(following[placed], expected.lists.following[placed])
         np.testing.assert_array_equal(izb_memory.stencil(memory, method.grid), expected.lists.stencil)
         np.testing.assert_array_equal(samples, expected.fragments.sample)
@@ -88,4 +91,55 @@ def test_tile_orders_deal_every_populated_tile_once():
 def test_too_many_samples_for_a_float_are_refused():
     tiles = cut(np.ones((4, 4), np.float32), np.ones((4, 4), np.bool_), (4, 4))
     with pytest.raises(ArchsimError, match=r"2\^24"):
-        izb_memory.lay_out(Grid(8192, 4096, 8, 8, 8, 8), tiles)
+        izb_memory.lay_out(Grid(8192, 4096, 8, 8, 8, 8), tiles, np.arange(1))
+
+
+TREES = Storage(structure=Structure.KD_TREE)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("storage", [TREES, TREES._replace(pool_threads=3)])
+def test_trees_give_the_same_fragments_in_another_order(method, seed, storage):
+    for _, memory, expected, samples, depths, _ in executed(soup(seed, 30), method, storage=storage):
+        found = sorted(zip(samples.tolist(), depths.tolist(), strict=True))
+        wanted = sorted(
+            zip(expected.fragments.sample.tolist(), expected.fragments.depth.tolist(), strict=True)
+        )
+        assert found == wanted
+        np.testing.assert_array_equal(izb_memory.stencil(memory, method.grid), expected.lists.stencil)
+
+
+def test_a_tree_splits_in_turn_and_leads_on():
+    """Every node's way on is the nearest ancestor that it is to the left of; axes alternate from x at the root."""
+    (_, memory, expected, *_), *_ = executed(soup(1, 30), METHODS[1], storage=TREES)
+    nodes, first = izb_memory.nodes(memory), memory.first_node
+    num_seen = 0
+
+    def walk(node, by_y, way_on):
+        nonlocal num_seen
+        x, y, left, right = nodes[int(node) - first]
+        num_seen += 1
+        assert (x < 0) == by_y
+        for child, smaller in ((left, True), (right, False)):
+            if child > 0:
+                here, there = (
+                    (nodes[int(child) - first, 1], y) if by_y else (abs(nodes[int(child) - first, 0]), abs(x))
+                )
+                assert (here < there) == smaller
+                walk(child, not by_y, node if smaller else way_on)
+        if right <= 0:
+            assert -right == way_on
+
+    for root in izb_memory.heads(memory, METHODS[1].grid):
+        if root >= 0:
+            walk(root + first, False, 0)
+    assert num_seen == (expected.samples.cell[:, 0] >= 0).sum()
+
+
+def test_fewer_locks_are_shared():
+    (*_, build), *_ = executed(soup(1, 30), METHODS[0], storage=Storage(num_locks=2))
+    records = np.concatenate([tasks.records for tasks in build])
+    locking = np.isin(records["op"], [Op.LOCK, Op.UNLOCK])
+    assert set(records["address"][locking].tolist()) == {0, 1}
+    assert records["address"][~locking].max() > 1

@@ -102,3 +102,26 @@ def test_a_broken_law_is_seen(tiny, monkeypatch):
         "lookups",
         "write-backs into cache 1",
     }
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        ["workload.structure=kd_tree"],
+        ["workload.node_layout=pool"],
+        ["workload.locks=1"],
+        ["workload.structure=kd_tree", "workload.node_layout=pool", "workload.tile_order=block"],
+    ],
+)
+def test_storage_and_locks_change_no_picture(tiny, changed):
+    other = simulate(load_run(TINY, [*SMALL, *changed]))
+    assert other.ok
+    np.testing.assert_array_equal(other.shadow, tiny.shadow)
+    assert other.value("izb_raster.emitted") == tiny.value("izb_raster.emitted")
+    assert plain(other) != plain(tiny)
+
+
+def test_one_lock_is_fought_for(tiny):
+    fought = simulate(load_run(TINY, [*SMALL, "workload.locks=1"]))
+    assert fought.value("izb_build.locks.taken") == tiny.value("izb_build.locks.taken")
+    assert fought.value("izb_build.locks.waited") > 5 * tiny.value("izb_build.locks.waited")
