@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import time
 from pathlib import Path
+from types import ModuleType
 
 from archsim.cli.bars import Bars
 from archsim.cli.console import print_tables
@@ -12,12 +13,12 @@ from archsim.cli.run import report_failed_checks, run_files
 from archsim.errors import did_you_mean, fail
 from archsim.report.reproduction_page import reproduction_report
 from archsim.report.tables import tables
-from archsim.reproduce import johnson2004
+from archsim.reproduce import aila2004, johnson2004
 from archsim.reproduce.reproduction import Reproduction
 from archsim.run.folder import MANIFEST, as_json, check_target, fill_run, publish
 from archsim.run.manifest import common_manifest
 
-PAPERS = {johnson2004.ID: johnson2004}
+PAPERS: dict[str, ModuleType] = {paper.ID: paper for paper in (johnson2004, aila2004)}
 
 
 def reproduce(paper: str, out: Path | None, json_only: bool) -> None:

@@ -13,7 +13,7 @@ from archsim.cli.bars import Bars
 from archsim.cli.configs import find_run
 from archsim.cli.console import print_summary
 from archsim.cli.edge import FAILED_CHECK
-from archsim.config import RunConfig, load_run, resolved_yaml
+from archsim.config import RunConfig, WalkthroughConfig, load_run, resolved_yaml
 from archsim.report.run_page import run_report
 from archsim.run import simulate
 from archsim.run.folder import RunFiles, check_target, result_json, write_run
@@ -39,7 +39,7 @@ def run(config_name: str, overrides: list[str], out: Path | None, as_json: bool)
     report_failed_checks([result])
 
 
-def run_files(result: Result, config: RunConfig, wall_seconds: float) -> RunFiles:
+def run_files(result: Result, config: RunConfig | WalkthroughConfig, wall_seconds: float) -> RunFiles:
     """Everything that is kept of a finished run."""
     config_yaml = resolved_yaml(config)
     manifest = make_manifest(config_yaml, config.seed, result.scene_digest, sys.argv, wall_seconds)

@@ -7,12 +7,14 @@ from archsim.config.load import (
     load_run,
     load_run_with_origins,
     load_scene,
+    load_walkthrough,
     load_workload,
     resolved_yaml,
 )
 from archsim.config.machine import MachineConfig
 from archsim.config.run import RunConfig
 from archsim.config.scene import SceneConfig
+from archsim.config.walkthrough import WalkthroughConfig
 from archsim.config.workload import DrawnIzbConfig, GridConfig, IzbConfig, WorkloadConfig
 
 __all__ = [
@@ -23,12 +25,14 @@ __all__ = [
     "MachineConfig",
     "RunConfig",
     "SceneConfig",
+    "WalkthroughConfig",
     "WorkloadConfig",
     "load_any",
     "load_machine",
     "load_run",
     "load_run_with_origins",
     "load_scene",
+    "load_walkthrough",
     "load_workload",
     "resolved_yaml",
 ]

@@ -17,6 +17,7 @@ from archsim.config.machine import MachineConfig
 from archsim.config.run import RunConfig
 from archsim.config.scene import MESH_SUFFIXES, SceneConfig
 from archsim.config.validation import in_order, node_at, validate
+from archsim.config.walkthrough import WalkthroughConfig
 from archsim.config.workload import GridConfig, WorkloadFile
 from archsim.errors import ArchsimError, Location, Problem, did_you_mean
 
@@ -61,6 +62,12 @@ def load_scene(path: str | Path, overrides: Iterable[str] = ()) -> SceneConfig:
 def load_workload(path: str | Path, overrides: Iterable[str] = ()) -> GridConfig:
     """The workload that a file describes, of any kind. Raises ArchsimError."""
     return _checked(WorkloadFile, load_tree(path, overrides), []).root
+
+
+def load_walkthrough(path: str | Path, overrides: Iterable[str] = ()) -> WalkthroughConfig:
+    """The walkthrough that a file describes. Raises ArchsimError."""
+    tree = load_tree(path, overrides, ("scene", "shadow_volumes"))
+    return _checked(WalkthroughConfig, *_with_mesh(tree, ("scene", "mesh")))
 
 
 def load_any(path: str | Path, overrides: Iterable[str] = ()) -> BaseModel:

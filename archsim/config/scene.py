@@ -34,7 +34,14 @@ class GeneratorConfig(Section):
     """A mesh that is computed: the generator's name, its seed, and parameters other than its usual ones."""
 
     generator: Literal[
-        "knot_and_spheres", "power_plant", "quad_and_triangle", "robots", "town"
+        "amphitheater",
+        "knights",
+        "knot_and_spheres",
+        "power_plant",
+        "quad_and_triangle",
+        "robots",
+        "simple_occluder",
+        "town",
     ]  # which generator
     seed: Seed = 0  # of all that it draws at random
     parameters: dict[str, Number] = Field(default_factory=dict)  # in place of its usual ones, by name

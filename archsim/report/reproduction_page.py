@@ -26,6 +26,7 @@ def reproduction_report(
     ran = {f"{name}: {phase.name}": phase for name, result in results.items() for phase in phases(result)}
     return render(
         "reproduction.html.j2",
+        timed=bool(ran),
         title=paper.title,
         subtitle=f"Reproduced by archsim {manifest['archsim']}, {manifest['wall_seconds']:g} s of wall time",
         cards=summary(cells),

@@ -16,6 +16,7 @@ def run_report(result: Result, config_yaml: str, manifest: Mapping[str, Any]) ->
     ran = phases(result)
     return render(
         "run.html.j2",
+        timed=bool(ran),
         title=result.name,
         subtitle=f"A run of archsim {manifest['archsim']}, {manifest['wall_seconds']:g} s of wall time",
         headlines=headlines(result),

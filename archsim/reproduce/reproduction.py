@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from archsim.config import RunConfig
 from archsim.reproduce.cells import Cell
 from archsim.run.result import Result
 
@@ -12,7 +11,7 @@ from archsim.run.result import Result
 class Row(NamedTuple):
     """One simulated row of the tables."""
 
-    config: RunConfig
+    config: Any  # the checked section that the row depends on
     result: Result
     wall_seconds: float
 

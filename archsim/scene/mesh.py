@@ -20,9 +20,7 @@ class Mesh(NamedTuple):
 
     vertices: np.ndarray  # float32 [num_vertices, 3] world coordinates
     triangles: np.ndarray  # int32 [num_triangles, 3] indices into vertices
-    objects: np.ndarray | None = (
-        None  # int32 [num_triangles] object that each belongs to, -1: casts no shadow
-    )
+    objects: np.ndarray | None = None  # int32 [num_triangles] whose shadow each is part of, -1: no shadow
 
 
 SUFFIXES = (".npz", ".ply", ".obj", ".stl", ".glb")

@@ -14,7 +14,7 @@ from archsim.shadow_volumes.hierarchical import MIXED, Resources, draw_hierarchi
 from archsim.shadow_volumes.seen import SeenVolumes, Steps, at_once
 from archsim.shadow_volumes.stencil import values
 from archsim.shadow_volumes.tiles import screen, tiled
-from archsim.shadow_volumes.volumes import Extrusion, Volumes, seen_by, shadow_volumes
+from archsim.shadow_volumes.volumes import Extrusion, seen_by, shadow_volumes
 
 STENCIL_BYTES = 1  # a pixel; read, and written again when it is changed
 DEPTH_BYTES = 4  # a pixel, before compression
@@ -119,8 +119,3 @@ def _hierarchical(view: View, seen: SeenVolumes, resources: Resources, steps: St
 def _depth_bytes(seen: SeenVolumes, tiles: int) -> int:
     """Of fetched tiles of the z-buffer."""
     return int(tiles * seen.screen.tile**2 * DEPTH_BYTES * DEPTH_COMPRESSION)
-
-
-def num_triangles(volumes: Volumes) -> int:
-    """Triangles submitted for a frame."""
-    return len(volumes.triangles)

@@ -90,7 +90,7 @@ def test_the_lowest_parameters_still_make_a_mesh(name):
     ("generator", "seed", "parameters", "said"),
     [
         ("knot_and_sphere", 0, {}, "did you mean 'knot_and_spheres'?"),
-        ("teapot", 0, {}, "known are knot_and_spheres, power_plant, quad_and_triangle"),
+        ("teapot", 0, {}, "known are amphitheater, knights, knot_and_spheres, power_plant"),
         ("quad_and_triangle", -1, {}, "seed must not be negative"),
         ("quad_and_triangle", 0, {"hieght": 1}, "did you mean 'height'?"),
         ("quad_and_triangle", 0, {"zzz": 1}, "known are height"),
@@ -111,3 +111,20 @@ def test_all_wrong_parameters_are_told_together():
     with pytest.raises(ArchsimError) as caught:
         make_mesh("knot_and_spheres", 0, {"tube_sides": 1, "tube_segment": 4})
     assert len(caught.value.problems) == 2
+
+
+@pytest.mark.parametrize("name", ["simple_occluder", "knights", "amphitheater", "power_plant"])
+def test_shadow_casting_objects_of_generated_meshes_are_closed_parts(name):
+    small = {"power_plant": {"bays": 1, "floors": 1, "pipes": 3, "tanks": 1, "chimneys": 1}}
+    mesh = make_mesh(name, 1, small.get(name, {}))
+    assert mesh.objects.shape == (len(mesh.triangles),)
+    assert mesh.objects.min() == -1  # what only receives
+    for index in range(mesh.objects.max() + 1):
+        own = mesh.triangles[mesh.objects == index]
+        assert len(own) == 1 or is_closed(own)
+
+
+def test_animated_characters_repeat_after_nine_frames():
+    poses = [make_mesh("knights", 0, {"knights": 2, "pose": pose}).vertices for pose in (0.5, 5.0, 9.5)]
+    np.testing.assert_allclose(poses[0], poses[2], atol=1e-6)
+    assert np.abs(poses[0] - poses[1]).max() > 0.1

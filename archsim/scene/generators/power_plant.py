@@ -12,6 +12,7 @@ import numpy as np
 
 from archsim.scene.generators.shapes import (
     BOX_TRIANGLES,
+    NO_SHADOW,
     boxes,
     ground,
     join,
@@ -60,7 +61,7 @@ def _pipe_points(parameters: Parameters) -> int:
 
 
 def make(random: np.random.Generator, parameters: Parameters) -> Mesh:
-    """In the order of `num_triangles`."""
+    """In the order of `num_triangles`; only the ground casts no shadow."""
     size = parameters.bays * parameters.bay_size
     flat = np.zeros((GROUND_CELLS + 1, GROUND_CELLS + 1))
     parts = [ground(4.0 * size, GROUND_CELLS, flat), _frame(parameters)]
@@ -72,7 +73,7 @@ def make(random: np.random.Generator, parameters: Parameters) -> Mesh:
         parts.append(_tanks(random, parameters))
     if parameters.chimneys:
         parts.append(_chimneys(random, parameters))
-    return join(parts)
+    return join(parts, [NO_SHADOW] + [0] * (len(parts) - 1))
 
 
 def _frame(parameters: Parameters) -> Mesh:

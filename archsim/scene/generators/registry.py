@@ -9,7 +9,16 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from archsim.errors import ArchsimError, Location, Problem, did_you_mean, fail
-from archsim.scene.generators import knot_and_spheres, power_plant, quad_and_triangle, robots, town
+from archsim.scene.generators import (
+    amphitheater,
+    knights,
+    knot_and_spheres,
+    power_plant,
+    quad_and_triangle,
+    robots,
+    simple_occluder,
+    town,
+)
 from archsim.scene.mesh import Mesh
 
 
@@ -36,6 +45,9 @@ GENERATORS: Mapping[str, Generator] = {
     "town": _generator(town),
     "robots": _generator(robots),
     "power_plant": _generator(power_plant),
+    "simple_occluder": _generator(simple_occluder),
+    "knights": _generator(knights),
+    "amphitheater": _generator(amphitheater),
 }
 
 

@@ -11,13 +11,17 @@ from archsim.scene.mesh import Mesh
 BOX_TRIANGLES = 12
 
 
-def join(parts: Sequence[Mesh]) -> Mesh:
-    """All parts as one mesh, in order, in its final types."""
+NO_SHADOW = -1
+
+
+def join(parts: Sequence[Mesh], objects: Sequence[int] | None = None) -> Mesh:
+    """All parts as one mesh, in order, in its final types; `objects`: whose shadow each part is of, or NO_SHADOW."""
     firsts = np.cumsum([0] + [len(part.vertices) for part in parts[:-1]])
     triangles = [part.triangles + first for part, first in zip(parts, firsts, strict=True)]
     return Mesh(
         np.concatenate([part.vertices for part in parts]).astype(np.float32),
         np.concatenate(triangles).astype(np.int32),
+        None if objects is None else np.repeat(np.array(objects, np.int32), [len(t) for t in triangles]),
     )
 
 

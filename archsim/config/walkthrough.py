@@ -1,0 +1,93 @@
+"""A walk through a scene with shadow volumes: what moves, how the volumes are drawn, with which resources."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from archsim.config.scene import Number, SceneConfig
+from archsim.config.section import Count, Finding, Name, Section, Vector, is_power_of_two, report
+from archsim.units import Bytes
+
+Size = Annotated[Bytes, Field(ge=1, le=2**40)]
+ENTRY_BYTES = 2  # what a 2 x 2 block of tiles keeps in a PSV buffer
+
+
+class PsvCacheConfig(Section):
+    """The on-chip cache in front of the PSV buffers."""
+
+    size: Size  # of all lines together
+    line: Size  # a power of two
+    ways: Count  # lines of a set
+
+    @model_validator(mode="after")
+    def _check(self) -> PsvCacheConfig:
+        if not is_power_of_two(self.line) or self.line < ENTRY_BYTES:
+            what = f"must be a power of two of at least {ENTRY_BYTES} bytes, not {self.line}"
+            report([Finding(("line",), what)])
+        if self.size % (self.line * self.ways):
+            report([Finding(("size",), f"must be a multiple of line x ways, {self.line * self.ways}")])
+        return self
+
+
+class ShadowVolumesConfig(Section):
+    """Shadow volumes of one light ([Aila04])."""
+
+    light: Annotated[int, Field(ge=0)]  # index into the scene's lights
+    casters: Literal["objects", "parts", "whole", "triangles"] = "objects"  # what has a volume of its own
+    counting: Literal["z_fail", "adaptive"] = "z_fail"  # adaptive: Z-pass for volumes off the near plane
+    range: Annotated[float, Field(gt=0)] | None = None  # distance at which volumes end; null: at infinity
+    tile: Literal[4, 8, 16] = 8  # pixels along a side
+    psv_buffers: Annotated[int, Field(ge=1, le=64)]  # volumes between Stage 1 and Stage 2, and one more
+    psv_cache: PsvCacheConfig  # in front of them
+    delay_stream: Size  # the ring buffer between the stages
+
+
+class KeyframeConfig(Section):
+    """Where camera and light are at one moment; what is left out stays as in the scene."""
+
+    eye: Vector | None = None
+    target: Vector | None = None
+    light: Vector | None = None
+    parameters: dict[str, Number] = Field(default_factory=dict)  # of the mesh's generator
+
+
+class WalkthroughConfig(Section):
+    """Frames along a path through keyframes, evenly spaced in time."""
+
+    name: Name
+    scene: SceneConfig
+    shadow_volumes: ShadowVolumesConfig
+    frames: Annotated[int, Field(ge=1, le=10_000)]
+    keyframes: Annotated[tuple[KeyframeConfig, ...], Field(strict=False, min_length=1)]
+    seed: Annotated[int, Field(ge=0, le=2**32 - 1)] = 0  # of whatever is drawn at random; so far nothing is
+
+    @model_validator(mode="after")
+    def _check(self) -> WalkthroughConfig:
+        report([*self._check_light(), *self._check_keyframes()])
+        return self
+
+    def _check_light(self) -> list[Finding]:
+        number = len(self.scene.lights)
+        if self.shadow_volumes.light < number:
+            return []
+        what = f"must be below {number}, not {self.shadow_volumes.light}: so many lights has the scene"
+        return [Finding(("shadow_volumes", "light"), what)]
+
+    def _check_keyframes(self) -> list[Finding]:
+        """What moves has to be said in every keyframe."""
+        found = []
+        first = self.keyframes[0]
+        for number, key in enumerate(self.keyframes):
+            for field in ("eye", "target", "light"):
+                if (getattr(key, field) is None) != (getattr(first, field) is None):
+                    found.append(
+                        Finding(("keyframes", number), f"either all keyframes have '{field}' or none")
+                    )
+            if set(key.parameters) != set(first.parameters):
+                found.append(Finding(("keyframes", number), "all keyframes must have the same parameters"))
+            if key.parameters and isinstance(self.scene.mesh, str):
+                what = "only a generated mesh has parameters"
+                found.append(Finding(("keyframes", number, "parameters"), what))
+        return found
