@@ -143,6 +143,27 @@ def _whatif(
     whatif(run, overrides or [], out, jobs, (pairs, as_json))
 
 
+@app.command("timeline")
+@at_the_edge
+def _timeline(
+    run: Annotated[str, typer.Argument(metavar="RUN", help="A run's YAML file, or a packaged run's name.")],
+    overrides: Overrides = None,
+    phase: Annotated[str, typer.Option("--phase", metavar="PHASE")] = "izb_raster",
+    tasks: Annotated[
+        str, typer.Option("--tasks", metavar="FIRST:LAST", help="Which tasks are played.")
+    ] = "0:200",
+    cycles: Annotated[
+        str | None,
+        typer.Option("--waterfall", metavar="FIRST:LAST", help="Print these cycles thread by thread."),
+    ] = None,
+    out: Annotated[Path, typer.Option("--out", metavar="FILE")] = Path("timeline.json"),
+) -> None:
+    """Write what threads, caches and DRAM banks did when, as a trace for Perfetto."""
+    from archsim.cli.timeline import timeline
+
+    timeline(run, overrides or [], phase, (tasks, cycles), out)
+
+
 @app.command("report")
 @at_the_edge
 def _report(

@@ -28,12 +28,20 @@ from archsim.trace.stream import Work
 Progress = Callable[[int, int], None]  # (tasks finished, tasks in all)
 
 
-def simulate(spec: MachineSpec, work: Work, progress: Progress | None = None) -> Counters:
+def simulate(
+    spec: MachineSpec,
+    work: Work,
+    progress: Progress | None = None,
+    observe: Callable[[Machine], None] | None = None,
+) -> Counters:
     """Play `work` on the machine `spec` and return its counters. The whole work is held in memory.
 
+    `observe` is shown the machine before anything happens.
     Raises ArchsimError for work that the machine cannot do, DeadlockError when it gets stuck.
     """
     machine = Machine(spec, _all_tasks(spec, work))
+    if observe is not None:
+        observe(machine)
     if work.num_tasks > 0:
         machine.env.run(until=machine.env.process(machine.watch(progress)))
     return machine.counters()

@@ -1,0 +1,49 @@
+"""A timeline by hand, and its agreement with the counters."""
+
+from archsim.config import load_run
+from archsim.machine import reference
+from archsim.machine.build import phase_machine
+from archsim.machine.timeline import COMPUTE, Span, record
+from archsim.report.waterfall import waterfall
+from archsim.run.izb_work import record as record_work
+from archsim.run.izb_work import replay
+from tests.machine.build import difference, lock, machine, unlock, work
+
+
+def test_two_cores_at_one_lock_by_hand():
+    """Core 0 holds the lock from slot 0 to 4; core 1 asks in slot 0 and goes on in slot 5."""
+    found = record(machine(num_cores=2), work([lock(0), 3, unlock(0)], [lock(0), 1, unlock(0)]))
+
+    slots = [(slot.tick, slot.core, slot.op) for slot in found.slots]
+    assert slots[:3] == [(0, 0, "LOCK"), (0, 1, "LOCK"), (1, 0, COMPUTE)]
+    assert (4, 0, "UNLOCK") in slots
+    assert (5, 1, COMPUTE) in slots
+    assert found.waits == {(0, 0): [], (1, 0): [Span(1, 5, "lock")]}
+    assert found.tasks == {(0, 0): [Span(0, 5, "task 0")], (1, 0): [Span(0, 7, "task 0")]}
+    assert waterfall(found, 0, 8).splitlines()[1:3] == [
+        "core 0 thread  0 |KcccU   |",
+        "core 1 thread  0 |KkkkkcU |",
+    ]
+
+
+def tiny(phase):
+    config = load_run("runs/tiny.yaml", ["scene.resolution=[16, 12]"])
+    (view,) = record_work(config)
+    spec = phase_machine(config.machine, phase).spec
+    return spec, lambda: replay(view, phase, spec)
+
+
+def test_recording_changes_nothing_and_agrees_with_the_counters():
+    for phase in ("izb_build", "izb_raster"):
+        spec, fresh = tiny(phase)
+        counters = reference.simulate(spec, fresh())
+
+        found = record(spec, fresh())
+
+        assert not difference(found.counters, counters)
+        assert len(found.slots) == counters.useful.sum()
+        assert sum(len(spans) for spans in found.tasks.values()) == counters.tasks.sum()
+        assert len(found.accesses) == counters.cache_reads.sum() + counters.cache_writes.sum()
+        assert sum(command.command == "ACT" for command in found.commands) == counters.dram_activates.sum()
+        requests = sum(command.command in ("RD", "WR") for command in found.commands)
+        assert requests == counters.dram_reads.sum() + counters.dram_writes.sum()
