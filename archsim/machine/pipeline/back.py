@@ -12,7 +12,7 @@ from archsim.model.unit.spec import Slot
 from archsim.trace.records import Op
 
 
-@step
+@inlined_step
 def complete(spec: Machine, state: State, cycle, number):
     """Complete what can be completed in `cycle`."""
     unit = state.stages.units[number]

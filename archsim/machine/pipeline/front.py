@@ -16,7 +16,7 @@ NEEDS_WORK = len(Slot)  # instead of a slot: the unit's next task must be loaded
 _DONE = -1  # instead of a slot: the operation is done
 
 
-@step
+@inlined_step
 def go_on(spec: Machine, state: State, cycle, number):
     """Go on as far as the front can; returns what it does in `cycle`, and when it goes on by itself, or NEVER."""
     unit = state.stages.units[number]

@@ -77,13 +77,13 @@ def _are_done(units):
 def _look_at_unit(spec, state, cycle, number):
     """Let the unit do what `cycle` allows, if it may have something to do; False if it needs its next task first."""
     unit = state.stages.units[number]
-    is_answered = accesses.wake(state, cycle, number)
+    is_answered = unit["under_way"] > 0 and accesses.wake(state, cycle, number)
     if is_answered or unit["due"] <= cycle or unit["roused"] >= cycle:
         return _play_unit(spec, state, cycle, number)
     return True
 
 
-@step
+@inlined_step
 def _play_unit(spec, state, cycle, number):
     """Phase 1 of `cycle` for the unit; False if it needs its next task first."""
     stages = state.stages
