@@ -9,9 +9,10 @@ from pydantic import Discriminator, Field, Tag, model_validator
 from archsim.config.dram import DramConfig, IdealDramConfig
 from archsim.config.section import Count, Finding, Section, Size, Small, is_power_of_two, key_of, report
 from archsim.config.stages import DelayStreamConfig, PoolConfig, StageConfig
-from archsim.units import Cycles
+from archsim.units import Bytes, Cycles, format_bytes
 
 ACCESS_BYTES = 16  # of one load or store ([Johnson04] sec. 6: 128 bits)
+MAX_SECTORS = 32  # of a line
 INTERLEAVED = "interleaved"  # as `tasks` of a core
 
 
@@ -27,8 +28,22 @@ class CoreConfig(Section):
     tasks: str  # INTERLEAVED, or the fifo that hands tasks to the first free thread
 
 
+class ClearBitsConfig(Section):
+    """A bit for each block of some memory: whether it is known to be cleared, so that it need not be fetched."""
+
+    block: Size  # bytes that one bit stands for; a power of two
+    start: Annotated[Bytes, Field(ge=0, le=2**40)] = 0  # address of the first block
+    size: Size  # of the memory that has bits
+    at_start: Literal["clear", "unknown"] = "unknown"  # what the bits say before the first CLEAR
+
+    @model_validator(mode="after")
+    def _check(self) -> ClearBitsConfig:
+        report(_check_clear_bits(self))
+        return self
+
+
 class CacheConfig(Section):
-    """A write-back, write-allocate cache with LRU replacement."""
+    """A cache: any size, ways and line; what it does with writes, victims and several requests at a time."""
 
     kind: Literal["cache"]
     private: bool = False  # one for each core of the groups that name it as their memory
@@ -41,10 +56,34 @@ class CacheConfig(Section):
     ports: Small  # lookups a cycle
     next: str  # the cache or DRAM that misses go to
     clock: str  # its clock, by name: that of the cores above it
+    replacement: Literal["lru", "fifo", "tree_plru", "random"] = (
+        "lru"  # who leaves a full set; random: by the run's seed
+    )
+    write_policy: Literal["write_back", "write_through"] = "write_back"  # when a write reaches the next level
+    write_allocate: bool = True  # false: a write that finds no line goes to the next level and leaves no line
+    sector: Size | None = (
+        None  # part of a line that is fetched and written back by itself; null: the whole line
+    )
+    victim_order: Literal["fetch_first", "write_back_first"] = (
+        "fetch_first"  # what a miss with a dirty victim sends first
+    )
+    write_queue: Annotated[int, Field(ge=0, le=1_000_000)] = (
+        0  # writes that wait for the next level; 0: any number
+    )
+    arbiter: Literal["arrival", "fixed_priority", "round_robin"] = (
+        "arrival"  # whose request is looked up next
+    )
+    clear_bits: ClearBitsConfig | None = (
+        None  # memory that need not be fetched while it is known to be cleared
+    )
 
     @property
     def num_sets(self) -> int:
         return self.size // (self.ways * self.line)
+
+    @property
+    def num_sectors(self) -> int:
+        return self.line // self.sector if self.sector else 1
 
     @model_validator(mode="after")
     def _check(self) -> CacheConfig:
@@ -120,4 +159,20 @@ def _check_cache(cache: CacheConfig) -> list[Finding]:
     if cache.size % set_bytes or not is_power_of_two(cache.size // set_bytes):
         sets = f"{cache.size} B is {cache.size / set_bytes:g} times {cache.ways} ways of {cache.line} B"
         found.append(Finding(("size",), f"must be sets x ways x line with a power of two of sets: {sets}"))
+    if cache.sector is not None and not (
+        is_power_of_two(cache.sector) and 1 <= cache.line // cache.sector <= MAX_SECTORS
+    ):
+        what = f"must be a power of two and a line hold 1 to {MAX_SECTORS} of them, not {format_bytes(cache.sector)}"
+        found.append(Finding(("sector",), what))
     return found
+
+
+def _check_clear_bits(bits: ClearBitsConfig) -> list[Finding]:
+    if not is_power_of_two(bits.block):
+        return [Finding(("block",), f"must be a power of two, not {bits.block} B")]
+    sizes = (("start", bits.start), ("size", bits.size))
+    return [
+        Finding((key,), f"must be a whole number of blocks of {format_bytes(bits.block)}")
+        for key, size in sizes
+        if size % bits.block
+    ]

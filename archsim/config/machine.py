@@ -91,7 +91,7 @@ class MachineConfig(Section):
         checks = (
             _names,
             _circles,
-            _lines,
+            _sectors,
             _core_clocks,
             _dram_clocks,
             _private_caches,
@@ -101,7 +101,8 @@ class MachineConfig(Section):
             _roles,
             wiring_findings,
         )
-        report([finding for check in checks for finding in check(self)])
+        found = [finding for check in checks for finding in check(self)]
+        report(found or list(_unused(self)))
         return self
 
 
@@ -172,13 +173,40 @@ def _circles(machine: MachineConfig) -> Iterator[Finding]:
             yield Finding(("components", name, "next"), f"caches in a circle: {' -> '.join([*path, name])}")
 
 
-def _lines(machine: MachineConfig) -> Iterator[Finding]:
-    """Lines that are longer than those of the next level."""
+def _sectors(machine: MachineConfig) -> Iterator[Finding]:
+    """Sectors that are no whole number of the DRAM's bursts."""
     for name, cache in machine.all_of(CacheConfig).items():
-        parent = machine.find(cache.next, CacheConfig)
-        if parent is not None and cache.line > parent.line:
-            what = f"must not be longer than the line of '{cache.next}', {format_bytes(parent.line)}"
-            yield Finding(("components", name, "line"), what)
+        dram = machine.find(cache.next, DramConfig)
+        if dram is None or cache.sector is None:
+            continue
+        if cache.sector % dram.burst_bytes:
+            burst = format_bytes(dram.burst_bytes)
+            what = f"must be a whole number of bursts of '{cache.next}', {burst} each"
+            yield Finding(("components", name, "sector"), what)
+
+
+def _unused(machine: MachineConfig) -> Iterator[Finding]:
+    """Components that take no part: no cores and no stages lead to them."""
+    used: set[str] = set()
+    found = {*machine.all_of(CoreConfig), *machine.all_of(StageConfig)}
+    while found:
+        used |= found
+        found = {other for name in found for other in _neighbours(machine, name)} - used
+    for name in machine.components:
+        if name not in used:
+            yield Finding(("components", name), "takes no part: nothing that is used refers to it")
+
+
+def _neighbours(machine: MachineConfig, name: str) -> Iterator[str]:
+    """Components that one refers to, and the units that feed it."""
+    component = machine.components.get(name)
+    if component is None:
+        return
+    for key in _REFERENCES.get(component.kind, {}):
+        named = getattr(component, key, None)
+        yield from named if isinstance(named, tuple) else (str(named),)
+    if isinstance(component, FifoConfig):
+        yield from (unit for unit, each in machine.all_of(UnitConfig).items() if each.output == name)
 
 
 def _core_clocks(machine: MachineConfig) -> Iterator[Finding]:

@@ -7,6 +7,7 @@ from typing import NamedTuple
 from archsim.config.components import (
     INTERLEAVED,
     CacheConfig,
+    ClearBitsConfig,
     CoreConfig,
     DramConfig,
     FifoConfig,
@@ -16,13 +17,24 @@ from archsim.config.components import (
 from archsim.config.dram import TimingConfig
 from archsim.config.machine import MachineConfig
 from archsim.machine.spec import MachineSpec
-from archsim.model.cache.spec import DRAM_PARENT, CacheSpec
+from archsim.model.cache.spec import (
+    DRAM_PARENT,
+    NO_CLEAR_BITS,
+    Arbiter,
+    CacheSpec,
+    ClearSpec,
+    Replacement,
+    VictimOrder,
+    WritePolicy,
+)
 from archsim.model.core.spec import CoreSpec, TaskOrder
 from archsim.model.dram.spec import AddressField, DramSpec, DramTiming, PagePolicy, Scheduler
 from archsim.model.fifo.spec import FifoSpec
 from archsim.model.locks.spec import LocksSpec
 from archsim.model.unit.spec import UnitSpec
 from archsim.units import clock_periods
+
+_SEED_STEP = 0x9E3779B1  # between the caches of a machine, so that no two draw alike
 
 
 class PhaseMachine(NamedTuple):
@@ -34,18 +46,22 @@ class PhaseMachine(NamedTuple):
     dram_bytes: int  # capacity
 
 
-def phase_machine(machine: MachineConfig, role: str) -> PhaseMachine:
-    """The components reachable from the cores that play `role`; the machine has been checked."""
-    return group_machine(machine, getattr(machine.roles, role))
+def phase_machine(machine: MachineConfig, role: str, seed: int = 0) -> PhaseMachine:
+    """The components reachable from the cores that play `role`; the machine has been checked.
+
+    `seed` is that of what is drawn at random: the victims of caches with random replacement.
+    """
+    return group_machine(machine, getattr(machine.roles, role), seed)
 
 
-def group_machine(machine: MachineConfig, group: str) -> PhaseMachine:
+def group_machine(machine: MachineConfig, group: str, seed: int = 0) -> PhaseMachine:
     """The components reachable from a group of cores."""
     core = machine.all_of(CoreConfig)[group]
     periods = clock_periods(machine.clocks)
     levels = machine.caches_below(core.memory)
     dram = dram_component(machine, machine.all_of(CacheConfig)[levels[-1]].next)
     caches, names = _caches([machine.all_of(CacheConfig)[name] for name in levels], levels, core.count)
+    caches = tuple(cache._replace(seed=seed + index * _SEED_STEP) for index, cache in enumerate(caches))
     source, fifo = _supply(machine, core)
     order = TaskOrder.INTERLEAVED if core.tasks == INTERLEAVED else TaskOrder.FIRST_FREE
     private = names.count(levels[0]) > 1
@@ -106,7 +122,22 @@ def cache_spec(config: CacheConfig, parent: int) -> CacheSpec:
         num_targets=config.targets,
         num_ports=config.ports,
         parent=parent,
+        num_sectors=config.num_sectors,
+        replacement=int(Replacement[config.replacement.upper()]),
+        write_policy=int(WritePolicy[config.write_policy.upper()]),
+        allocates_writes=int(config.write_allocate),
+        victim_order=int(VictimOrder[config.victim_order.upper()]),
+        num_write_entries=config.write_queue,
+        arbiter=int(Arbiter[config.arbiter.upper()]),
+        clear=_clear_bits(config.clear_bits),
     )
+
+
+def _clear_bits(config: ClearBitsConfig | None) -> ClearSpec:
+    if config is None:
+        return NO_CLEAR_BITS
+    num_blocks = config.size // config.block
+    return ClearSpec(config.block, config.start, num_blocks, int(config.at_start == "clear"))
 
 
 def dram_component(machine: MachineConfig, name: str) -> DramConfig | IdealDramConfig:

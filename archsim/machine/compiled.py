@@ -14,6 +14,7 @@ from archsim.machine.loop import BAD_UNLOCK, NEEDS_ROOM, NEEDS_TASKS, play
 from archsim.machine.spec import MachineSpec
 from archsim.machine.state import ANSWER, RUN, Machine, State
 from archsim.model.cache.compiled import (
+    CACHE_COUNTS,
     HIT,
     MERGE,
     MISS,
@@ -23,6 +24,8 @@ from archsim.model.cache.compiled import (
     WRITEBACK,
     CacheState,
     cache_table,
+    most_fetches,
+    most_sent,
     new_caches,
 )
 from archsim.model.cache.spec import DRAM_PARENT, CacheSpec
@@ -78,12 +81,11 @@ def _machine(spec: MachineSpec) -> Machine:
         core=integers(spec.core),
         source=integers(spec.source),
         fifo=integers(spec.fifo),
-        caches=cache_table(spec.caches),
+        caches=cache_table(spec.caches, beats_bytes),
         dram=integers(spec.dram),
         core_cache=np.array(spec.core_cache, np.int64),
         is_private=np.array([n == 1 and cache not in parents for cache, n in enumerate(users)], np.bool_),
-        bursts=np.array([cache.line_bytes // beats_bytes for cache in spec.caches], np.int64),
-        spare_slots=spec.core.num_cores + 2 * sum(cache.num_ports for cache in spec.caches),
+        spare_slots=spec.core.num_cores + most_sent(spec.caches),
     )
 
 
@@ -94,8 +96,6 @@ def check_memory(caches: tuple[CacheSpec, ...], dram: DramSpec) -> None:
             continue
         if not number < cache.parent < len(caches):
             raise fail(f"cache {number}: its parent {cache.parent} is not a cache behind it")
-        if cache.line_bytes > caches[cache.parent].line_bytes:
-            raise fail(f"cache {number}: its lines are longer than those of its parent")
     if 1 << dram.channel.bits > dram.num_channels:
         raise fail("dram: the channel field addresses more channels than there are")
     if 1 << dram.bank.bits > dram.num_banks:
@@ -106,7 +106,7 @@ def _initial_state(spec: MachineSpec, machine: Machine, num_tasks: int) -> State
     """Tick 0: all threads ready without a task, caches and queues empty, no task loaded."""
     num_caches = len(spec.caches)
     num_threads = spec.core.num_cores * spec.core.num_threads
-    num_mshrs = sum(cache.num_mshrs for cache in spec.caches)
+    num_fetches = most_fetches(spec.caches) + 1
     longest_wake = max((cache.hit_cycles for cache in spec.caches), default=1)
     queue_capacity = 64 + 2 * machine.spare_slots
 
@@ -123,10 +123,11 @@ def _initial_state(spec: MachineSpec, machine: Machine, num_tasks: int) -> State
         locks=new_locks(spec.locks, num_threads),
         source=new_source(),
         fifo=fifo,
-        cache=new_caches(machine.caches, queue_capacity),
+        cache=new_caches(machine.caches, spec.caches, queue_capacity),
         dram=new_dram(machine.dram, queue_capacity),
-        answers=new_queues(2, num_mshrs + 1, ANSWER),
-        filling=np.zeros(num_mshrs + 1, np.int64),
+        answers=new_queues(2, num_fetches, ANSWER),
+        filling=np.zeros(num_fetches, np.int64),
+        suppliers=np.zeros(num_fetches, np.int64),
         tasks=nothing_loaded(num_tasks),
         run=run,
     )
@@ -214,8 +215,7 @@ def memory_counters(
         "cache_hits": by_outcome[:, HIT].copy(),
         "cache_merges": by_outcome[:, MERGE].copy(),
         "cache_misses": by_outcome[:, MISS].copy(),
-        "cache_fetches": caches["fetches"].copy(),
-        "cache_writebacks_out": caches["writebacks_out"].copy(),
+        **{f"cache_{name}": caches[name].copy() for name in CACHE_COUNTS},
         "cache_blocked": caches["blocked"] + np.where(is_blocked, last_cycle - caches["blocked_since"], 0),
         "cache_fetch_ticks": caches["fetch_cycles"] * period_ticks,
         **{f"dram_{name}": channels[name].copy() for name in DRAM_COUNTERS},

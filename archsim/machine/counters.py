@@ -28,17 +28,23 @@ class Counters(NamedTuple):
     lock_wait_ticks: int  # ticks between asking and grant, summed over those
     cache_reads: np.ndarray  # [K] read lookups (LOAD, or a child's fetch) that were accepted
     cache_writes: np.ndarray  # [K] write lookups (STORE) that were accepted
-    cache_writebacks_in: np.ndarray  # [K] write-backs from children that were accepted
-    cache_hits: np.ndarray  # [K] accepted lookups of any kind that found their line present
-    cache_merges: np.ndarray  # [K] accepted lookups of any kind that found their line on its way
-    cache_misses: np.ndarray  # [K] accepted lookups of any kind that found no line
-    cache_fetches: np.ndarray  # [K] lines fetched from the next level
-    cache_writebacks_out: np.ndarray  # [K] dirty victims sent to the next level
+    cache_writebacks_in: np.ndarray  # [K] writes from children, back or through, that were accepted
+    cache_clears: np.ndarray  # [K] CLEARs that were accepted
+    cache_hits: np.ndarray  # [K] accepted lookups of any kind that found their bytes present
+    cache_merges: np.ndarray  # [K] accepted lookups of any kind that found their bytes on their way
+    cache_misses: np.ndarray  # [K] accepted lookups of any kind that found neither
+    cache_clear_fills: np.ndarray  # [K] misses filled without a fetch because memory was known to be cleared
+    cache_fetches: np.ndarray  # [K] reads sent to the next level
+    cache_writebacks_out: np.ndarray  # [K] writes of victims sent to the next level
+    cache_writethroughs_out: np.ndarray  # [K] other writes sent to the next level
+    cache_fetched_bytes: np.ndarray  # [K] bytes of the reads sent to the next level
+    cache_written_bytes: np.ndarray  # [K] bytes of the writes sent to the next level
     cache_blocked: np.ndarray  # [K] cycles in which the oldest waiting request could not be accepted
     cache_fetch_ticks: np.ndarray  # [K] ticks from a fetch reaching the next level to its fill, summed
     dram_reads: np.ndarray  # [H] read requests whose column command was issued
     dram_writes: np.ndarray  # [H] write requests whose column command was issued
     dram_forwarded: np.ndarray  # [H] reads answered by a write that waited in the write queue
+    dram_forwarded_bytes: np.ndarray  # [H] their bytes
     dram_row_hits: np.ndarray  # [H] requests whose row was open when first considered
     dram_row_misses: np.ndarray  # [H] requests whose bank was closed when first considered
     dram_row_conflicts: np.ndarray  # [H] requests that met another open row when first considered

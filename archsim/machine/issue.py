@@ -5,7 +5,7 @@ from __future__ import annotations
 from archsim.machine import memory
 from archsim.machine.counters import STALL_LOCK
 from archsim.machine.state import Machine, State
-from archsim.model.cache.compiled import READ, WRITE, Request
+from archsim.model.cache.compiled import CLEAR, READ, WRITE, Request
 from archsim.model.compiled import NEVER, inlined_step, step
 from archsim.model.core import compiled as core_model
 from archsim.model.core.compiled import NO_TASK
@@ -118,11 +118,12 @@ def _operate(spec, state, cycle, core, number):
     """Issue the operation that closes the record of thread `number` in `cycle`."""
     thread = state.core.threads[number]
     cursor, op = thread["cursor"], thread["op"]
-    address = state.tasks.records[cursor]["address"]
+    address, num_bytes = state.tasks.records[cursor]["address"], state.tasks.records[cursor]["bytes"]
     core_model.read_record(thread, state.tasks.records, cursor + 1)
-    if op == Op.LOAD or op == Op.STORE:
+    if op == Op.LOAD or op == Op.STORE or op == Op.CLEAR:
         core_model.park(state.core, thread)
-        memory.access(spec, state, cycle, core, Request(address, WRITE if op == Op.STORE else READ, number))
+        kind = READ if op == Op.LOAD else WRITE if op == Op.STORE else CLEAR
+        memory.access(spec, state, cycle, core, Request(address, num_bytes, kind, number))
     elif op == Op.LOCK:
         if not locks_model.take(state.locks, cycle, address, number):
             thread["reason"] = STALL_LOCK

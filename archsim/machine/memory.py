@@ -8,9 +8,10 @@ from __future__ import annotations
 from archsim.machine.counters import STALL_SUPPLIER
 from archsim.machine.state import Machine, State
 from archsim.model import compiled as queue_model
+from archsim.model.cache import arbitration, compiled_clear
 from archsim.model.cache import compiled as cache_model
 from archsim.model.cache.compiled import (
-    MISS,
+    MERGE,
     NO_LINE,
     NO_MSHR,
     NOT_BLOCKED,
@@ -20,7 +21,7 @@ from archsim.model.cache.compiled import (
     WRITEBACK,
     Request,
 )
-from archsim.model.cache.spec import DRAM_PARENT
+from archsim.model.cache.spec import DRAM_PARENT, Arbiter, VictimOrder
 from archsim.model.compiled import NEVER, inlined_step, step
 from archsim.model.core import compiled as core_model
 from archsim.model.dram import compiled as dram_model
@@ -39,59 +40,140 @@ def access(spec: Machine, state: State, cycle, core, request):
 @inlined_step
 def look_up_due(spec: Machine, state: State, cycle):
     """Play the lookups of `cycle` and find out when the next one is; whom a cache sends to comes after it."""
-    next_lookup = NEVER
-    for cache in range(len(spec.bursts)):
-        if state.cache.caches[cache]["lookup_due"] <= cycle:
+    caches, next_lookup = state.cache.caches, NEVER
+    for cache in range(len(caches)):
+        if caches[cache]["lookup_due"] <= cycle:
             _look_up(spec, state, cycle, cache)
-        next_lookup = min(next_lookup, state.cache.caches[cache]["lookup_due"])
+    for cache in range(len(caches)):
+        next_lookup = min(next_lookup, caches[cache]["lookup_due"])
     state.run[0]["next_lookup"] = next_lookup
 
 
 @inlined_step
 def _look_up(spec, state, cycle, cache):
     """The cache accepts arrived requests in `cycle` while it has ports and nothing is refused."""
-    inbox = state.cache.inbox
+    inbox, owner = state.cache.inbox, state.cache.caches[cache]
+    cache_model.end_block(owner, cycle)
     for _ in range(spec.caches[cache]["num_ports"]):
         waiting = queue_model.oldest(inbox, cache)
         if queue_model.num_items(inbox, cache) == 0 or waiting["arrival"] > cycle:
             break
-        request = Request(waiting["address"], waiting["kind"], waiting["requester"])
+        position = 0
+        if spec.caches[cache]["arbiter"] != Arbiter.ARRIVAL:
+            position = arbitration.chosen(spec.caches[cache], owner, inbox, cache, cycle)
+            waiting = inbox.items[cache, queue_model.slot_of(inbox, cache, position)]
+        request = Request(waiting["address"], waiting["bytes"], waiting["kind"], waiting["requester"])
         if not _accept(spec, state, cycle, cache, request):
-            state.cache.caches[cache]["blocked_since"] = cycle
-            state.cache.caches[cache]["lookup_due"] = NEVER
+            owner["blocked_since"] = cycle
+            owner["lookup_due"] = _next_try(spec, state, cycle, cache)
             return
-        queue_model.drop_oldest(inbox, cache)
+        owner["last_sender"] = waiting["rank"]
+        if position == 0:
+            queue_model.drop_oldest(inbox, cache)
+        else:
+            queue_model.remove(inbox, cache, position)
 
     due = NEVER
     if queue_model.num_items(inbox, cache) > 0:
         due = max(queue_model.oldest(inbox, cache)["arrival"], cycle + 1)
-    state.cache.caches[cache]["lookup_due"] = due
+    owner["lookup_due"] = due
+
+
+@step
+def _next_try(spec, state, cycle, cache):
+    """When a request that was refused in `cycle` is tried again, unless a fill or a write accepted comes before."""
+    one, due = spec.caches[cache], NEVER
+    if one["arbiter"] != Arbiter.ARRIVAL:
+        due = arbitration.next_choice(state.cache.inbox, cache, cycle)
+    if one["num_write_entries"] > 0 and one["parent"] == DRAM_PARENT:
+        room = cache_model.next_landing(one, state.cache, cache)
+        due = min(due, room) if room > cycle else due
+    return due
 
 
 @inlined_step
 def _accept(spec, state, cycle, cache, request):
     """Whether the cache accepts the request in `cycle`; sends what follows from it."""
     if cache_model.hits(spec.caches, state.cache, cache, request):
-        if request.kind != WRITEBACK:
+        if request.kind == WRITEBACK:
+            _take_write(state, cycle, request.requester)
+        else:
             _answer_hit(state, cycle + spec.caches[cache]["hit_cycles"], cache, request.requester)
         return True
-    return _accept_absent(spec, state, cycle, cache, request)
+    return _accept_otherwise(spec, state, cycle, cache, request)
 
 
 @step
-def _accept_absent(spec, state, cycle, cache, request):
-    """The same for a line that is not present."""
-    outcome = cache_model.accept_absent(spec.caches, state.cache, cycle, cache, request)
-    if outcome == MISS:
-        arrival = cycle + spec.caches[cache]["hit_cycles"]
-        shift = spec.caches[cache]["line_shift"]
-        mshr, victim = state.cache.caches[cache]["fetch"], state.cache.caches[cache]["victim"]
-        if mshr != NO_MSHR:
-            line = request.address >> shift
-            _send(spec, state, arrival, cache, Request(line << shift, READ, _fetcher(cache, mshr)))
-        if victim != NO_LINE:
-            _send(spec, state, arrival, cache, Request(victim << shift, WRITEBACK, cache))
-    return outcome != REFUSED
+def _accept_otherwise(spec, state, cycle, cache, request):
+    """The same for a request that is more than a use of a line that is present."""
+    outcome = cache_model.accept(spec.caches, state.cache, cycle, cache, request)
+    if outcome == REFUSED:
+        return False
+    arrival = cycle + spec.caches[cache]["hit_cycles"]
+    if request.kind == WRITEBACK:
+        _take_write(state, cycle, request.requester)
+    elif outcome != MERGE and state.cache.caches[cache]["fetch"] == NO_MSHR:
+        _answer_hit(state, arrival, cache, request.requester)
+
+    fetch_first = spec.caches[cache]["victim_order"] == VictimOrder.FETCH_FIRST
+    if not fetch_first:
+        _send_victim(spec, state, arrival, cache)
+    _send_fetch(spec, state, arrival, cache, request)
+    if state.cache.caches[cache]["passes_on"] != 0:
+        parts = _send_write(spec, state, arrival, cache, request.address, request.bytes)
+        state.cache.caches[cache]["writethroughs_out"] += parts
+    if fetch_first:
+        _send_victim(spec, state, arrival, cache)
+    return True
+
+
+@inlined_step
+def _send_fetch(spec, state, arrival, cache, request):
+    """The fetch of the last lookup, if there is one, to arrive in cycle `arrival`."""
+    owner = state.cache.caches[cache]
+    mshr = owner["fetch"]
+    if mshr != NO_MSHR:
+        address, num_bytes = cache_model.span(spec.caches[cache], request)
+        fetch = Request(address, num_bytes, READ, _fetcher(cache, mshr))
+        parts, sent_bytes = _send(spec, state, arrival, cache, fetch)
+        state.cache.mshrs[cache, mshr]["parts_left"] = parts
+        owner["fetches"] += parts
+        owner["fetched_bytes"] += sent_bytes
+
+
+@inlined_step
+def _send_victim(spec, state, arrival, cache):
+    """The dirty sectors of the line that the last lookup replaced, a write for each run, the highest address first."""
+    owner = state.cache.caches[cache]
+    dirty = owner["victim_dirty"] if owner["victim"] != NO_LINE else 0
+    start = owner["victim"] << spec.caches[cache]["line_shift"]
+    while dirty != 0:
+        first, end = cache_model.highest_run(dirty)
+        dirty &= (1 << first) - 1
+        shift = spec.caches[cache]["sector_shift"]
+        parts = _send_write(spec, state, arrival, cache, start + (first << shift), (end - first) << shift)
+        owner["writebacks_out"] += parts
+
+
+@step
+def _send_write(spec, state, arrival, cache, address, num_bytes):
+    """A write that wants no answer, to arrive in cycle `arrival`; the number of requests that it takes."""
+    owner = state.cache.caches[cache]
+    compiled_clear.reset(spec.caches[cache], state.cache.is_clear, address, num_bytes)
+    parts, sent_bytes = _send(spec, state, arrival, cache, Request(address, num_bytes, WRITEBACK, cache))
+    owner["written_bytes"] += sent_bytes
+    for _ in range(parts):
+        cache_model.remember_write(spec.caches[cache], state.cache, cache, arrival)
+    return parts
+
+
+@step
+def _take_write(state, cycle, child):
+    """A write of the child cache is accepted in `cycle`; from the next one on the child has room for one more."""
+    owner = state.cache.caches[child]
+    owner["waiting_writes"] -= 1
+    if owner["blocked_since"] != NOT_BLOCKED:
+        owner["lookup_due"] = min(owner["lookup_due"], cycle + 1)
 
 
 @inlined_step
@@ -116,15 +198,32 @@ def _answer_fetch(state, arrival, supplier, requester):
 
 @step
 def _send(spec, state, arrival, cache, request):
-    """The cache sends a request that reaches its next level in cycle `arrival`."""
-    parent = spec.caches[cache]["parent"]
-    if parent != DRAM_PARENT:
-        put(spec, state, arrival, parent, spec.core.num_cores + cache, request)
-        return
+    """Send a request that reaches the next level in cycle `arrival`, in parts as that one wants; (parts, bytes)."""
+    one = spec.caches[cache]
+    end = request.address + request.bytes
+    start, parts = request.address, 0
+    if one["parent"] == DRAM_PARENT:
+        start = request.address // one["grain"] * one["grain"]
+        end = (end + one["grain"] - 1) // one["grain"] * one["grain"]
+        _send_to_dram(
+            spec, state, arrival, cache, Request(start, end - start, request.kind, request.requester)
+        )
+        return 1, end - start
+    while start < end:
+        stop = min(((start >> one["cut_shift"]) + 1) << one["cut_shift"], end)
+        part = Request(start, stop - start, request.kind, request.requester)
+        put(spec, state, arrival, one["parent"], spec.core.num_cores + cache, part)
+        start = stop
+        parts += 1
+    return parts, request.bytes
 
+
+@step
+def _send_to_dram(spec, state, arrival, cache, request):
+    """A request of whole bursts reaches the DRAM in cycle `arrival`."""
     arrival_ticks, is_write = arrival * spec.core.period_ticks, request.kind == WRITEBACK
     queued = dram_model.send(spec.dram, state.dram, arrival_ticks, request.address, cache, is_write)
-    queued["bursts"] = spec.bursts[cache]
+    queued["bursts"] = request.bytes // spec.caches[cache]["grain"]
     queued["requester"] = request.requester
     ring = dram_model.ring_of_request(spec.dram, request.address, is_write)
     _look_after(spec, state, arrival, state.dram.queue, ring)
@@ -136,7 +235,7 @@ def access_dram(spec: Machine, state: State, cycle, rank, bursts, request):
     ticks, is_write = cycle * spec.core.period_ticks, request.kind == WRITE
     queued = dram_model.send(spec.dram, state.dram, ticks, request.address, rank, is_write)
     queued["bursts"] = bursts
-    queued["requester"] = _fetcher(len(spec.bursts), request.requester)
+    queued["requester"] = _fetcher(len(spec.caches), request.requester)
     ring = dram_model.ring_of_request(spec.dram, request.address, is_write)
     _look_after(spec, state, cycle, state.dram.queue, ring)
 
@@ -148,10 +247,11 @@ def put(spec, state, arrival, cache, rank, request):
     slot = queue_model.insert(inbox, cache, arrival, rank)
     waiting = inbox.items[cache, slot]
     waiting["address"] = request.address
+    waiting["bytes"] = request.bytes
     waiting["kind"] = request.kind
     waiting["requester"] = request.requester
     receiver = state.cache.caches[cache]
-    if receiver["blocked_since"] == NOT_BLOCKED:
+    if receiver["blocked_since"] == NOT_BLOCKED or spec.caches[cache]["arbiter"] != Arbiter.ARRIVAL:
         receiver["lookup_due"] = min(receiver["lookup_due"], arrival)
         state.run[0]["next_lookup"] = min(state.run[0]["next_lookup"], arrival)
     _look_after(spec, state, arrival, inbox, cache)
@@ -196,7 +296,7 @@ def play_dram(spec: Machine, state: State, limit):
         run["last_clock"] = clock
         if requester != NO_REQUESTER:
             arrival = dram_model.answer_cycle(spec.dram, dram, channel, core_period)
-            _answer_fetch(state, arrival, len(spec.bursts), requester)
+            _answer_fetch(state, arrival, len(spec.caches), requester)
             limit = min(limit, arrival)
     return limit
 
@@ -213,24 +313,27 @@ def deliver_due(spec: Machine, state: State, cycle):
                 next_answer = min(next_answer, answer["arrival"])
                 break
             state.filling[0] = answer["requester"]
-            _fill_tree(state, cycle, answer["rank"])
+            _fill_tree(spec, state, cycle, answer["rank"])
             queue_model.drop_oldest(answers, kind)
     state.run[0]["next_answer"] = next_answer
 
 
 @step
-def _fill_tree(state, cycle, supplier):
-    """Fill the line that `filling` begins with, in its cache and wherever it is waited for below, in `cycle`."""
+def _fill_tree(spec, state, cycle, supplier):
+    """Fill the fetch that `filling` begins with, in its cache and wherever it is waited for below, in `cycle`."""
     num_filling = 1
+    state.suppliers[0] = supplier
     while num_filling > 0:
         num_filling -= 1
         cache, mshr = _mshr_of(state.filling[num_filling])
         if cache == len(state.cache.caches):  # asked of the DRAM without a cache
             thread = state.core.threads[mshr]
-            thread["reason"] = STALL_SUPPLIER + supplier
+            thread["reason"] = STALL_SUPPLIER + state.suppliers[num_filling]
             core_model.wake_now(state.core, thread)
             continue
-        cache_model.fill(state.cache, cycle, cache, mshr)
+        if not cache_model.fill(spec.caches, state.cache, cycle, cache, mshr, state.suppliers[num_filling]):
+            continue
+        supplier = state.cache.mshrs[cache, mshr]["supplier"]
         state.run[0]["next_lookup"] = min(
             state.run[0]["next_lookup"], state.cache.caches[cache]["lookup_due"]
         )
@@ -238,6 +341,7 @@ def _fill_tree(state, cycle, supplier):
             requester = state.cache.targets[cache, mshr, i]
             if requester < 0:
                 state.filling[num_filling] = requester
+                state.suppliers[num_filling] = supplier
                 num_filling += 1
             else:
                 thread = state.core.threads[requester]

@@ -12,7 +12,7 @@ from archsim.errors import DeadlockError, Problem, fail
 from archsim.machine.checking import check_tasks
 from archsim.machine.counters import Counters
 from archsim.machine.spec import MachineSpec
-from archsim.model.cache.reference import Cache, Kind
+from archsim.model.cache.reference import CACHE_COUNTS, Cache, Kind
 from archsim.model.cache.spec import DRAM_PARENT, CacheSpec
 from archsim.model.core.reference import LOCK, NO_WORK, Core, State, Thread
 from archsim.model.core.spec import TaskOrder
@@ -168,13 +168,8 @@ def memory_counters(caches: list[Cache], dram: Dram) -> dict[str, np.ndarray]:
         "cache_reads": _array(cache.accepted[Kind.READ] for cache in caches),
         "cache_writes": _array(cache.accepted[Kind.WRITE] for cache in caches),
         "cache_writebacks_in": _array(cache.accepted[Kind.WRITEBACK] for cache in caches),
-        "cache_hits": _array(cache.hits for cache in caches),
-        "cache_merges": _array(cache.merges for cache in caches),
-        "cache_misses": _array(cache.misses for cache in caches),
-        "cache_fetches": _array(cache.fetches for cache in caches),
-        "cache_writebacks_out": _array(cache.writebacks_out for cache in caches),
-        "cache_blocked": _array(cache.blocked for cache in caches),
-        "cache_fetch_ticks": _array(cache.fetch_ticks for cache in caches),
+        "cache_clears": _array(cache.accepted[Kind.CLEAR] for cache in caches),
+        **{f"cache_{name}": _array(getattr(cache, name) for cache in caches) for name in CACHE_COUNTS},
         **{
             f"dram_{name}": _array(channel.counts[name] for channel in dram.channels)
             for name in DRAM_COUNTERS

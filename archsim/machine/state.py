@@ -30,7 +30,6 @@ class Machine(NamedTuple):
     dram: DramSpec
     core_cache: np.ndarray  # [C] cache of the core
     is_private: np.ndarray  # [K] whether one core and nobody else talks to the cache
-    bursts: np.ndarray  # [K] DRAM bursts of the cache's line
     spare_slots: int  # free slots that a queue needs at the beginning of a cycle
 
 
@@ -59,6 +58,7 @@ class State(NamedTuple):
     cache: CacheState
     dram: DramState
     answers: QueueState  # ANSWER [2] fetches answered by a cache, by the DRAM; the rank is the supplier
-    filling: np.ndarray  # [MSHRs] fetches being filled in this cycle
+    filling: np.ndarray  # [fetches] those being filled in this cycle
+    suppliers: np.ndarray  # [fetches] from where
     tasks: Loaded
     run: np.ndarray  # RUN [1]

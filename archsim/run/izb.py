@@ -67,7 +67,8 @@ def replay_izb(config: RunConfig, rendered: RenderedIzb, progress: Progress) -> 
 
 def machines_of(config: RunConfig) -> Machines:
     """What plays the run's two phases."""
-    return Machines(phase_machine(config.machine, BUILD), phase_machine(config.machine, RASTER), config.model)
+    build, raster = (phase_machine(config.machine, role, config.seed) for role in (BUILD, RASTER))
+    return Machines(build, raster, config.model)
 
 
 def _play(

@@ -152,7 +152,7 @@ CACHES = [
     Measure(
         "accesses",
         "lookups",
-        "Accepted lookups: reads, writes and write-backs from children.",
+        "Accepted lookups: reads, writes, and writes from children.",
         lambda view: view.accesses,
     ),
     Measure(
@@ -160,19 +160,47 @@ CACHES = [
     ),
     Measure("writes", "lookups", "Write lookups: stores.", lambda view: view.total("writes")),
     Measure(
-        "writebacks_in", "lookups", "Write-backs from children.", lambda view: view.total("writebacks_in")
+        "writebacks_in",
+        "lookups",
+        "Writes from children: their dirty victims, and writes that they passed on.",
+        lambda view: view.total("writebacks_in"),
     ),
-    Measure("hits", "lookups", "Lookups that found their line present.", lambda view: view.total("hits")),
+    Measure("clears", "lookups", "CLEAR operations.", lambda view: view.total("clears")),
+    Measure("hits", "lookups", "Lookups that found their bytes present.", lambda view: view.total("hits")),
     Measure(
-        "merges", "lookups", "Lookups that found their line on its way.", lambda view: view.total("merges")
+        "merges", "lookups", "Lookups that found their bytes on their way.", lambda view: view.total("merges")
     ),
-    Measure("misses", "lookups", "Lookups that found no line.", lambda view: view.total("misses")),
-    Measure("fetches", "lines", "Lines fetched from the next level.", lambda view: view.total("fetches")),
+    Measure("misses", "lookups", "Lookups that found neither.", lambda view: view.total("misses")),
+    Measure(
+        "clear_fills",
+        "lookups",
+        "Misses filled without a fetch because memory was known to be cleared.",
+        lambda view: view.total("clear_fills"),
+    ),
+    Measure("fetches", "requests", "Reads sent to the next level.", lambda view: view.total("fetches")),
     Measure(
         "writebacks",
-        "lines",
-        "Dirty victims sent to the next level.",
+        "requests",
+        "Writes of dirty victims sent to the next level.",
         lambda view: view.total("writebacks_out"),
+    ),
+    Measure(
+        "writethroughs",
+        "requests",
+        "Other writes sent to the next level.",
+        lambda view: view.total("writethroughs_out"),
+    ),
+    Measure(
+        "fetched_bytes",
+        "bytes",
+        "Bytes of the reads sent to the next level.",
+        lambda view: view.total("fetched_bytes"),
+    ),
+    Measure(
+        "written_bytes",
+        "bytes",
+        "Bytes of the writes sent to the next level.",
+        lambda view: view.total("written_bytes"),
     ),
     Measure(
         "hit_percent",
@@ -218,6 +246,7 @@ DRAM = [
         "Reads answered by a write that waited in the write queue; not among those served.",
         lambda view: view.total("forwarded"),
     ),
+    Measure("forwarded_bytes", "bytes", "Bytes of those reads.", lambda view: view.total("forwarded_bytes")),
     Measure(
         "row_hits",
         "requests",
@@ -316,9 +345,10 @@ def _by_name(names: Sequence[str]) -> dict[str, list[int]]:
 def phase_checks(phase: str, machine: PhaseMachine, counters: Counters) -> list[Check]:
     """The conservation laws of a phase."""
     spec = machine.spec
-    line = spec.caches[-1].line_bytes
     lookups = counters.cache_reads + counters.cache_writes + counters.cache_writebacks_in
     outcomes = counters.cache_hits + counters.cache_merges + counters.cache_misses
+    writes_out = counters.cache_writebacks_out + counters.cache_writethroughs_out
+    bytes_out = counters.cache_fetched_bytes + counters.cache_written_bytes
     last = [k for k, cache in enumerate(spec.caches) if cache.parent == DRAM_PARENT]
     requests = counters.dram_reads + counters.dram_writes
     classified = counters.dram_row_hits + counters.dram_row_misses + counters.dram_row_conflicts
@@ -332,15 +362,15 @@ def phase_checks(phase: str, machine: PhaseMachine, counters: Counters) -> list[
         ),
         ("lookups", lookups, outcomes),
         ("fetches reach the DRAM", counters.cache_fetches[last].sum(), read),
-        ("write-backs reach the DRAM", counters.cache_writebacks_out[last].sum(), counters.dram_writes.sum()),
-        ("DRAM bytes", requests.sum() * line, carried),
+        ("writes reach the DRAM", writes_out[last].sum(), counters.dram_writes.sum()),
+        ("DRAM bytes", bytes_out[last].sum() - counters.dram_forwarded_bytes.sum(), carried),
         ("row outcomes", requests, classified),
     ]
     for k in range(len(spec.caches)):
         children = [child for child, cache in enumerate(spec.caches) if cache.parent == k]
         if children:
-            sent = counters.cache_writebacks_out[children].sum()
-            laws.append((f"write-backs into cache {k}", sent, counters.cache_writebacks_in[k]))
+            sent = writes_out[children].sum()
+            laws.append((f"writes into cache {k}", sent, counters.cache_writebacks_in[k]))
             laws.append(
                 (f"fetches from cache {k}", counters.cache_fetches[children].sum(), counters.cache_reads[k])
             )

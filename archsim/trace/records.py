@@ -26,13 +26,17 @@ class Op(IntEnum):
     MARK = 7  # of a unit: release what was emitted to output number `address`, a delay stream
     ACQUIRE = 8  # of a unit: wait for a token of pool number `address`
     RELEASE = 9  # of a unit: give a token back to pool number `address`
+    CLEAR = 10  # the `bytes` from `address` on are cleared: the cache sets its clear bits for them
 
 
 RECORD = np.dtype(
     [
         ("address", np.int64),  # byte address, or the number of a lock, input, output or pool
         ("compute", np.int32),  # steps before the operation
-        ("bytes", np.int16),  # bytes accessed by LOAD and STORE, or emitted to a delay stream, else 0
+        (
+            "bytes",
+            np.int16,
+        ),  # bytes accessed by LOAD and STORE, or cleared, or emitted to a delay stream, else 0
         ("op", np.int16),  # Op
     ]
 )

@@ -28,6 +28,21 @@ def test_the_paper_s_machine_has_the_numbers_of_its_tables():
     assert machine.feeder("l2") is None
 
 
+@pytest.mark.parametrize(
+    ("bits", "message"),
+    [
+        ("{block: 12 B, size: 1 KiB}", "block: must be a power of two, not 12 B"),
+        ("{block: 16 B, size: 40 B}", "size: must be a whole number of blocks of 16 B"),
+        ("{block: 16 B, size: 16 B, start: 8 B}", "start: must be a whole number of blocks of 16 B"),
+        ("{block: 16 B, size: 16 B, at_start: unclear}", "at_start: must be clear or unknown, not 'unclear'"),
+        ("{block: 16 B}", "missing key 'components.l2.clear_bits.size'"),
+    ],
+)
+def test_clear_bits_that_do_not_fit_are_said(problems, bits, message):
+    [problem] = problems(load_machine, "machines/tiny.yaml", [f"{C}l2.clear_bits={bits}"])
+    assert message in problem
+
+
 def test_address_fields_start_at_the_lowest_bits():
     dram = load_machine("machines/johnson2004.yaml").find("dram", DramConfig)
     assert dram.address_fields(128) == {
@@ -61,7 +76,25 @@ def test_address_fields_start_at_the_lowest_bits():
             "'builder_l1' is private to a core, so it can't be the next level of a cache",
         ),
         (C + "l2.clock=memory", "must be 'core', the clock of 'builder', not 'memory'"),
-        (C + "builder_l1.line=128 B", "must not be longer than the line of 'l2', 64 B"),
+        (
+            C + "l2.sector=6 B",
+            "must be a power of two and a line hold 1 to 32 of them, not 6 B",
+        ),
+        (C + "l2.sector=1 B", "must be a power of two and a line hold 1 to 32 of them, not 1 B"),
+        (C + "l2.sector=128 B", "must be a power of two and a line hold 1 to 32 of them, not 128 B"),
+        (C + "l2.sector=16 B", "must be a whole number of bursts of 'dram', 32 B each"),
+        (C + "l2.replacement=lfu", "must be lru, fifo, tree_plru or random, not 'lfu'"),
+        (
+            C + "l2.write_policy=write_trough",
+            "must be write_back or write_through, not 'write_trough'; did you mean 'write_through'?",
+        ),
+        (C + "l2.victim_order=none", "must be fetch_first or write_back_first, not 'none'"),
+        (
+            C + "l2.arbiter=round_robbin",
+            "must be arrival, fixed_priority or round_robin, not 'round_robbin'; did you mean 'round_robin'?",
+        ),
+        (C + "l2.write_queue=-1", "must be at least 0, not -1"),
+        (C + "l2.write_allocate=1", "must be true or false, not 1"),
         (C + "l2.line=8 B", "must be a power of two of at least 16 B (one access), not 8 B"),
         (C + "l2.line=48 B", "must be a power of two of at least 16 B (one access), not 48 B"),
         (
@@ -173,9 +206,9 @@ def test_wrong_names_and_wrong_graphs_are_told_together(problems):
 
 
 def test_problems_of_shared_values_are_at_the_shared_place(problems):
-    shared, *others = problems(load_machine, "machines/tiny.yaml", [C + "l2.line=16 B"])[1:]
+    shared, *others = problems(load_machine, "machines/tiny.yaml", [C + "l2.private=true"])
     place, _, what = shared.partition(": ")
-    assert what == "components.builder_l1.line: must not be longer than the line of 'l2', 16 B"
+    assert what.startswith("components.builder_l1.next: 'l2' is private to a core")
     assert others == [f"{place}: {what.replace('builder', 'shader')}"]
 
 
@@ -195,3 +228,22 @@ def test_a_circle_of_caches_is_told_once_and_a_mapping_at_its_key(write, problem
     circle, clocks = sorted(problems(load_machine, "machine.yaml"), key=lambda line: "clocks" in line)
     assert clocks.startswith("machine.yaml:2:1: clocks: no useful common divisor")
     assert circle.endswith("components.builder_l1.next: caches in a circle: builder_l1 -> l2 -> builder_l1")
+
+
+def test_what_nothing_refers_to_is_told_at_its_place(write, problems):
+    write(
+        "machine.yaml",
+        """\
+        base: machines/tiny.yaml
+        components:
+          queue: {kind: fifo, entries: 2}
+          feeder: {kind: unit, interval_cycles: 0, output: queue}
+          builder: {memory: shader_l1}
+        """,
+    )
+    found = problems(load_machine, "machine.yaml")
+    what = "takes no part: nothing that is used refers to it"
+    assert {line.rpartition("components.")[2] for line in found} == {
+        f"{name}: {what}" for name in ("builder_l1", "queue", "feeder")
+    }
+    assert f"machine.yaml:3:3: components.queue: {what}" in found

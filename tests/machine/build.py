@@ -134,6 +134,10 @@ def unlock(number: int) -> tuple[Op, int, int]:
     return Op.UNLOCK, number, 0
 
 
+def clear(where: int, num_bytes: int) -> tuple[Op, int, int]:
+    return Op.CLEAR, where, num_bytes
+
+
 EMIT = (Op.EMIT, 0, 0)
 
 Step = int | tuple[Op, int, int]  # a number of one-cycle instructions, or one operation

@@ -2,18 +2,29 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from hypothesis import strategies as st
 
 from archsim.machine.spec import MachineSpec
-from archsim.model.cache.spec import DRAM_PARENT, CacheSpec
+from archsim.model.cache.spec import (
+    DRAM_PARENT,
+    NO_CLEAR_BITS,
+    Arbiter,
+    CacheSpec,
+    ClearSpec,
+    Replacement,
+    VictimOrder,
+    WritePolicy,
+)
 from archsim.model.core.spec import CoreSpec, TaskOrder
 from archsim.model.dram.spec import AddressField, DramSpec, DramTiming, PagePolicy, Scheduler
 from archsim.model.fifo.spec import FifoSpec
 from archsim.model.locks.spec import LocksSpec
 from archsim.model.unit.spec import UnitSpec
-from archsim.trace.records import Tasks
-from tests.machine.build import EMIT, Step, load, lock, store, tasks, unlock
+from archsim.trace.records import Op, Tasks
+from tests.machine.build import EMIT, Step, clear, load, lock, store, tasks, unlock
 
 PERIODS = [(7, 12), (1, 1), (5, 3), (3, 2), (2, 6), (4, 1)]  # ticks of a core cycle and of a memory clock
 NUM_LOCKS = 2
@@ -90,6 +101,37 @@ def drams(draw: st.DrawFn, period_ticks: int, line_bytes: int) -> DramSpec:
 
 
 @st.composite
+def clear_bits(draw: st.DrawFn) -> ClearSpec:
+    """Bits for some of the memory that is used, or none."""
+    if not draw(st.booleans()):
+        return NO_CLEAR_BITS
+    block = draw(st.sampled_from([4, 8, 16, 64]))
+    first = draw(st.sampled_from([0, 64, 1024]))
+    return ClearSpec(
+        block, first, draw(st.sampled_from([1, 5, ADDRESS_BYTES // block])), draw(st.integers(0, 1))
+    )
+
+
+@st.composite
+def policies(draw: st.DrawFn, line_bytes: int, least_sector: int) -> dict[str, Any]:
+    """One cache in three is plain; the others differ from it in anything."""
+    if draw(small(3)) == 1:
+        return {}
+    sectors = [n for n in (1, 2, 4) if line_bytes // n >= least_sector]
+    return {
+        "num_sectors": draw(st.sampled_from(sectors)),
+        "replacement": draw(st.sampled_from(Replacement)),
+        "seed": draw(st.integers(0, 3)),
+        "write_policy": draw(st.sampled_from(WritePolicy)),
+        "allocates_writes": draw(st.integers(0, 1)),
+        "victim_order": draw(st.sampled_from(VictimOrder)),
+        "num_write_entries": draw(st.integers(0, 2)),
+        "arbiter": draw(st.sampled_from(Arbiter)),
+        "clear": draw(clear_bits()),
+    }
+
+
+@st.composite
 def caches(draw: st.DrawFn, line_bytes: int, parent: int) -> CacheSpec:
     return CacheSpec(
         num_sets=draw(st.sampled_from([1, 2, 4])),
@@ -100,17 +142,21 @@ def caches(draw: st.DrawFn, line_bytes: int, parent: int) -> CacheSpec:
         num_targets=draw(small(3)),
         num_ports=draw(small(3)),
         parent=parent,
+        **draw(policies(line_bytes, ACCESS_BYTES)),
     )
 
 
 @st.composite
 def trees(draw: st.DrawFn, num_cores: int) -> tuple[tuple[CacheSpec, ...], tuple[int, ...]]:
-    """One to three levels, and each core's cache. The first level is private or shared; a core may skip it."""
+    """One to three levels, and each core's cache. The first level is private or shared; a core may skip it.
+
+    Mostly lines get longer from level to level.
+    """
     num_levels = draw(small(3))
     num_first = num_cores if draw(st.booleans()) else 1
-    line_bytes = sorted(
-        draw(st.lists(st.sampled_from([8, 16, 32]), min_size=num_levels, max_size=num_levels))
-    )
+    line_bytes = draw(st.lists(st.sampled_from([8, 16, 32]), min_size=num_levels, max_size=num_levels))
+    if draw(small(3)) > 1:
+        line_bytes.sort()
     widths = [num_first] + [1] * (num_levels - 1)
     made: list[CacheSpec] = []
     for level in range(num_levels):
@@ -124,9 +170,13 @@ def trees(draw: st.DrawFn, num_cores: int) -> tuple[tuple[CacheSpec, ...], tuple
 
 @st.composite
 def machines(draw: st.DrawFn) -> MachineSpec:
+    """In one of three all caches have clear bits."""
     core_ticks, dram_ticks = draw(st.sampled_from(PERIODS))
     core = CoreSpec(draw(small(3)), draw(small(4)), core_ticks, draw(st.sampled_from(TaskOrder)))
     tree, core_cache = draw(trees(core.num_cores))
+    if draw(small(3)) == 1:
+        bits = draw(clear_bits().filter(lambda bits: bits.block_bytes > 0))
+        tree = tuple(cache._replace(clear=bits) for cache in tree)
     return MachineSpec(
         core=core,
         core_cache=core_cache,
@@ -139,15 +189,23 @@ def machines(draw: st.DrawFn) -> MachineSpec:
 
 
 def accesses() -> st.SearchStrategy[Step]:
-    """A LOAD or a STORE of one word, near others as often as far from them."""
+    """A LOAD or a STORE of a word or two, near others as often as far from them."""
     near = st.integers(0, 31)
     far = st.integers(0, ADDRESS_BYTES // ACCESS_BYTES - 1)
     where = st.one_of(near, far).map(lambda word: word * ACCESS_BYTES)
-    return st.one_of(where.map(load), where.map(store))
+    two_words = where.map(lambda address: address // 8 * 8)
+    return st.one_of(
+        where.map(load), where.map(store), two_words.map(lambda address: store(address, 2 * ACCESS_BYTES))
+    )
+
+
+def clears() -> st.SearchStrategy[Step]:
+    return st.builds(clear, st.integers(0, ADDRESS_BYTES), st.integers(0, 200))
 
 
 def plain_steps() -> st.SearchStrategy[list[Step]]:
-    return st.lists(st.one_of(st.integers(1, 6), accesses(), accesses(), st.just(EMIT)), max_size=5)
+    steps = st.one_of(st.integers(1, 6), accesses(), accesses(), st.just(EMIT), clears())
+    return st.lists(steps, max_size=5)
 
 
 @st.composite
@@ -166,11 +224,14 @@ def few_tasks() -> st.SearchStrategy[Tasks]:
 
 
 def drawn_steps(rng: np.random.Generator, most: int, num_words: int) -> list[Step]:
-    """Up to `most` steps, two in three of them accesses to one of `num_words` words."""
+    """Up to `most` steps, five in seven of them accesses to one or two of `num_words` words."""
     steps: list[Step] = []
-    for choice in rng.integers(0, 6, rng.integers(0, most + 1)):
+    for choice in rng.integers(0, 42, rng.integers(0, most + 1)):
         where = int(rng.integers(0, num_words)) * ACCESS_BYTES
-        steps.append([load(where), load(where), store(where), store(where), EMIT, int(where) % 7 + 1][choice])
+        two_words = store(where // 8 * 8, 2 * ACCESS_BYTES)
+        other = clear(where, 5 * int(choice)) if choice < 3 else EMIT
+        kinds = [other, load(where), load(where), store(where), store(where), two_words, where % 7 + 1]
+        steps.append(kinds[choice // 6])
     return steps
 
 
@@ -191,3 +252,14 @@ def many_tasks() -> st.SearchStrategy[Tasks]:
     """Work that keeps a machine busy; hypothesis draws its seed and its shape only."""
     num_words = st.sampled_from([16, 64, 256, ADDRESS_BYTES // ACCESS_BYTES])
     return st.builds(drawn_tasks, st.integers(0, 2**32), st.integers(4, 40), num_words)
+
+
+@st.composite
+def plays(draw: st.DrawFn, work: st.SearchStrategy[Tasks]) -> tuple[MachineSpec, Tasks]:
+    """A machine and work for it: without CLEARs if a core's cache has no clear bits."""
+    spec, drawn = draw(machines()), draw(work)
+    if all(spec.caches[cache].clear.block_bytes > 0 for cache in spec.core_cache):
+        return spec, drawn
+    records = drawn.records.copy()
+    records["op"][records["op"] == Op.CLEAR] = Op.EMIT
+    return spec, Tasks(drawn.starts, records)

@@ -12,7 +12,7 @@ from archsim.model.dram.spec import AddressField, DramSpec, DramTiming, PagePoli
 from archsim.trace.records import num_instructions
 from archsim.trace.stream import whole
 from tests.machine.build import CORE, MACHINE, both_models, load, work
-from tests.machine.strategies import machines, many_tasks
+from tests.machine.strategies import many_tasks, plays
 
 # 256-Mbit x32 GDDR3 at 700 MHz: [Samsung] K4J55323QF-14 (CL, WL), [Qimonda] HYB18H512321AF-14 (rows).
 GDDR3_700 = DramTiming(
@@ -119,22 +119,24 @@ def test_streaming_reads_come_near_the_peak_of_a_channel(simulate):
 
 
 @settings(max_examples=40, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
-@given(machines(), many_tasks())
-def test_no_core_issues_more_than_an_instruction_a_cycle(spec, drawn):
+@given(plays(many_tasks()))
+def test_no_core_issues_more_than_an_instruction_a_cycle(played):
+    spec, drawn = played
     counters = compiled.simulate(spec, whole(drawn))
 
     assert counters.cycles * spec.core.num_cores >= num_instructions(drawn)
 
 
 @settings(max_examples=40, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
-@given(machines(), many_tasks())
-def test_no_fetch_is_faster_than_an_open_row(spec, drawn):
-    """All bursts of a line, the read latency, and the beats of the last burst; a write that waits may be faster."""
+@given(plays(many_tasks()))
+def test_no_fetch_is_faster_than_an_open_row(played):
+    """All bursts of a sector, the read latency, and the beats of the last burst; a write that waits may be faster."""
+    spec, drawn = played
     counters, dram = compiled.simulate(spec, whole(drawn)), spec.dram
 
     clocks = Fraction(dram.timing.n_cl)
     if dram.scheduler != Scheduler.IDEAL:
-        bursts = spec.caches[-1].line_bytes // (dram.burst_beats * dram.beat_bytes)
+        bursts = max(1, spec.caches[-1].sector_bytes // (dram.burst_beats * dram.beat_bytes))
         clocks += (bursts - 1) * dram.timing.n_ccd_l + Fraction(dram.burst_beats - 1, dram.clock_beats)
     below = [index for index, cache in enumerate(spec.caches) if cache.parent == DRAM_PARENT]
     served = int(counters.cache_fetches[below].sum()) - int(counters.dram_forwarded.sum())

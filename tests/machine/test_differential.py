@@ -8,7 +8,7 @@ from archsim.machine import compiled, reference
 from archsim.trace.records import Tasks
 from archsim.trace.stream import chunked, whole
 from tests.machine.build import difference
-from tests.machine.strategies import few_tasks, machines, many_tasks
+from tests.machine.strategies import few_tasks, many_tasks, plays
 
 quick = settings(max_examples=30, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
 
@@ -23,7 +23,8 @@ def cut(tasks: Tasks, sizes: list[int]):
         first = last
 
 
-def assert_equal_counters(spec, tasks):
+def assert_equal_counters(played):
+    spec, tasks = played
     believed = reference.simulate(spec, whole(tasks))
     used = compiled.simulate(spec, whole(tasks))
 
@@ -31,27 +32,28 @@ def assert_equal_counters(spec, tasks):
 
 
 @settings(quick, max_examples=100)
-@given(machines(), few_tasks())
-def test_both_models_agree_on_small_work(spec, tasks):
-    assert_equal_counters(spec, tasks)
+@given(plays(few_tasks()))
+def test_both_models_agree_on_small_work(played):
+    assert_equal_counters(played)
 
 
 @settings(quick, max_examples=400)
-@given(machines(), many_tasks())
-def test_both_models_agree_on_dense_work(spec, tasks):
-    assert_equal_counters(spec, tasks)
+@given(plays(many_tasks()))
+def test_both_models_agree_on_dense_work(played):
+    assert_equal_counters(played)
 
 
 @pytest.mark.slow
 @settings(quick, max_examples=5000)
-@given(machines(), many_tasks())
-def test_both_models_agree_on_much_work(spec, tasks):
-    assert_equal_counters(spec, tasks)
+@given(plays(many_tasks()))
+def test_both_models_agree_on_much_work(played):
+    assert_equal_counters(played)
 
 
 @quick
-@given(machines(), many_tasks(), st.lists(st.integers(0, 5), max_size=5))
-def test_chunks_do_not_matter(spec, tasks, sizes):
+@given(plays(many_tasks()), st.lists(st.integers(0, 5), max_size=5))
+def test_chunks_do_not_matter(played, sizes):
+    spec, tasks = played
     for simulate in (reference.simulate, compiled.simulate):
         in_one = simulate(spec, whole(tasks))
         in_many = simulate(spec, chunked(tasks.num_tasks, cut(tasks, sizes)))
@@ -60,8 +62,9 @@ def test_chunks_do_not_matter(spec, tasks, sizes):
 
 
 @quick
-@given(machines(), many_tasks())
-def test_the_same_run_gives_the_same_counters(spec, tasks):
+@given(plays(many_tasks()))
+def test_the_same_run_gives_the_same_counters(played):
+    spec, tasks = played
     for simulate in (reference.simulate, compiled.simulate):
         first, second = (simulate(spec, whole(tasks)) for _ in range(2))
 

@@ -100,7 +100,7 @@ def test_a_broken_law_is_seen(tiny, monkeypatch):
     assert not result.ok
     assert {check.name.split(": ")[1] for check in result.checks if not check.ok} == {
         "lookups",
-        "write-backs into cache 1",
+        "writes into cache 1",
     }
 
 

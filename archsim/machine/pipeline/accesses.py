@@ -18,12 +18,13 @@ def ask(spec: Machine, state: State, cycle, requester, access, where, kind):
     level, first, last = where
     number = requester * spec.core.num_threads + access
     if level != DRAM_PARENT:
-        memory.put(spec, state, cycle, level, requester, Request(first, kind, number))
+        memory.put(spec, state, cycle, level, requester, Request(first, last + 1 - first, kind, number))
         return
     begin = first >> spec.burst_shift
     bursts = (last >> spec.burst_shift) - begin + 1
     rank = requester - spec.core.num_cores
-    memory.access_dram(spec, state, cycle, rank, bursts, Request(begin << spec.burst_shift, kind, number))
+    start, num_bytes = begin << spec.burst_shift, bursts << spec.burst_shift
+    memory.access_dram(spec, state, cycle, rank, bursts, Request(start, num_bytes, kind, number))
 
 
 @inlined_step

@@ -17,7 +17,7 @@ from archsim.machine.pipeline.spec import PipelineSpec
 from archsim.machine.pipeline.state import WORK, Machine, State
 from archsim.machine.pipeline.stuck import Wait, deadlock, unbalanced
 from archsim.machine.state import ANSWER, RUN
-from archsim.model.cache.compiled import cache_table, new_caches
+from archsim.model.cache.compiled import cache_table, most_fetches, most_sent, new_caches
 from archsim.model.compiled import NEVER, grown, integers, new_queues
 from archsim.model.core.compiled import new_cores
 from archsim.model.core.spec import CoreSpec, TaskOrder
@@ -63,11 +63,10 @@ def _machine(spec: PipelineSpec) -> Machine:
     most = max([1, 2 * streams.under_way.shape[2], *(unit.outstanding for unit in spec.units)])
     return Machine(
         core=CoreSpec(num_requesters, most, int(spec.period_ticks), int(TaskOrder.FIRST_FREE)),
-        caches=cache_table(spec.caches),
+        caches=cache_table(spec.caches, burst_bytes),
         dram=integers(spec.dram),
-        bursts=np.array([cache.line_bytes // burst_bytes for cache in spec.caches], np.int64),
         burst_shift=burst_bytes.bit_length() - 1,
-        spare_slots=num_requesters * most + 2 * sum(cache.num_ports for cache in spec.caches),
+        spare_slots=num_requesters * most + most_sent(spec.caches),
         producers=np.array(producers, np.int64),
         consumers=np.array(consumers, np.int64),
     )
@@ -76,7 +75,7 @@ def _machine(spec: PipelineSpec) -> Machine:
 def _initial_state(spec: PipelineSpec, machine: Machine) -> State:
     """Cycle 0: all channels, caches and queues empty, no task loaded."""
     num_accesses = machine.core.num_cores * machine.core.num_threads
-    num_fetches = sum(cache.num_mshrs for cache in spec.caches) + num_accesses + 1
+    num_fetches = most_fetches(spec.caches) + num_accesses + 1
     longest_wake = max((cache.hit_cycles for cache in spec.caches), default=1)
     queue_capacity = 64 + 2 * machine.spare_slots
 
@@ -93,10 +92,11 @@ def _initial_state(spec: PipelineSpec, machine: Machine) -> State:
         records=np.zeros(0, RECORD),
         work=np.zeros(1, WORK),
         core=core,
-        cache=new_caches(machine.caches, queue_capacity),
+        cache=new_caches(machine.caches, spec.caches, queue_capacity),
         dram=new_dram(machine.dram, queue_capacity),
         answers=new_queues(2, num_fetches, ANSWER),
         filling=np.zeros(num_fetches, np.int64),
+        suppliers=np.zeros(num_fetches, np.int64),
         run=run,
     )
 

@@ -93,7 +93,7 @@ class Machine:
 
         def send(now: int, kind: Kind, address: int, num_bytes: int, answer: Answer) -> None:
             assert memory != NO_MEMORY
-            request = Request(kind, address, num_bytes, answer)
+            request = Request(kind, address, num_bytes, answer, sender)
             if memory == DRAM_PARENT:
                 request = self._whole_bursts(request)
                 call(at(self.env, now, Phase.ARRIVE, sender), self.dram.arrive, request)

@@ -29,7 +29,6 @@ class Machine(NamedTuple):
     core: CoreSpec
     caches: np.ndarray  # CACHE_SPEC [K]
     dram: DramSpec
-    bursts: np.ndarray  # [K] DRAM bursts of the cache's line
     burst_shift: int  # log2 of the bytes of a burst
     spare_slots: int  # free slots that a queue needs at the beginning of a cycle
     producers: np.ndarray  # [C] unit that emits into the channel
@@ -58,5 +57,6 @@ class State(NamedTuple):
     cache: CacheState
     dram: DramState
     answers: QueueState  # ANSWER [2] fetches answered by a cache, by the DRAM; the rank is the supplier
-    filling: np.ndarray  # [MSHRs] fetches being filled in this cycle
+    filling: np.ndarray  # [fetches] those being filled in this cycle
+    suppliers: np.ndarray  # [fetches] from where
     run: np.ndarray  # RUN [1]

@@ -14,12 +14,9 @@ from typing import NamedTuple
 import numpy as np
 
 from archsim.jit import compiled, inlined
-from archsim.model.cache.replacement import random_way, tree_points_to, tree_used
-from archsim.model.cache.spec import MAX_SECTORS, CacheSpec, Replacement, VictimOrder, WritePolicy
-from archsim.model.compiled import record
-
-_NO_LINE = -1
-_NO_WAY = -1
+from archsim.model.cache.replacement import INVALID, NO_WAY, WAY, use, victim
+from archsim.model.cache.spec import MAX_SECTORS, CacheSpec, VictimOrder, WritePolicy
+from archsim.model.compiled import NEVER, record
 
 _LEVEL = record(
     "first_set",  # where the level's sets begin among those of all levels
@@ -34,7 +31,6 @@ _LEVEL = record(
     "victim_order",
 )
 _REQUEST = record("level", "address", "bytes", "is_write")
-_SET = record("last_way", "tree")  # way of the last use; bits of TREE_PLRU
 
 
 class LevelCounts(NamedTuple):
@@ -60,11 +56,9 @@ class Chain(NamedTuple):
     levels: np.ndarray  # _LEVEL [L]
     counts: np.ndarray  # _COUNTS [L + 1] the last for the memory
     uses: np.ndarray  # [L] requests looked up, the clock of LRU and FIFO
-    sets: np.ndarray  # _SET [R]
-    tags: np.ndarray  # [R, A] line number or _NO_LINE
-    used: np.ndarray  # [R, A] `uses` when the line was used last (LRU) or came (else); 0 for an invalid way
-    present: np.ndarray  # [R, A] bit for each sector that is here
-    dirty: np.ndarray  # [R, A] bit for each sector that differs from the next level
+    last_way: np.ndarray  # [R] way that was used last
+    tags: np.ndarray  # [R, A] line number or INVALID
+    ways: np.ndarray  # WAY [R, A]; nothing is ever on its way
     pending: np.ndarray  # _REQUEST [P] a stack: the last one is handled next
     num_pending: np.ndarray  # [1]
 
@@ -86,11 +80,9 @@ def new_chain(caches: Sequence[CacheSpec]) -> Chain:
         levels=levels,
         counts=np.zeros(len(caches) + 1, _COUNTS),
         uses=np.zeros(len(caches), np.int64),
-        sets=np.zeros(num_sets, _SET),
-        tags=np.full(places, _NO_LINE),
-        used=np.zeros(places, np.int64),
-        present=np.zeros(places, np.int64),
-        dirty=np.zeros(places, np.int64),
+        last_way=np.zeros(num_sets, np.int64),
+        tags=np.full(places, INVALID),
+        ways=np.zeros(places, WAY),
         pending=np.zeros((len(caches) + 1) * (MAX_SECTORS // 2 + 3), _REQUEST),
         num_pending=np.zeros(1, np.int64),
     )
@@ -115,21 +107,21 @@ def copy_back(chain):
     for level in range(len(chain.levels)):
         one = chain.levels[level]
         for row in range(one["first_set"] + one["set_mask"], one["first_set"] - 1, -1):
-            way = _next_used(chain, one, row, 0)
-            while way != _NO_WAY:
+            way = _next_in_time(one, chain.ways[row], 0)
+            while way != NO_WAY:
                 _send_dirty(chain, level, row, way)
                 _settle(chain)
-                way = _next_used(chain, one, row, chain.used[row, way])
+                way = _next_in_time(one, chain.ways[row], chain.ways[row, way]["used"])
 
 
 @inlined
-def _next_used(chain, one, row, before):
-    """The way whose line was used first after time `before`, or _NO_WAY."""
-    found, oldest = _NO_WAY, np.iinfo(np.int64).max
-    for way in range(one["num_ways"]):
-        used = chain.used[row, way]
-        if before < used < oldest:
-            found, oldest = way, used
+def _next_in_time(one, ways, before):
+    """The way whose line has the earliest time after `before`, or NO_WAY."""
+    found, earliest = NO_WAY, NEVER
+    for number in range(one["num_ways"]):
+        time = ways[number]["used"]
+        if before < time < earliest:
+            found, earliest = number, time
     return found
 
 
@@ -180,7 +172,7 @@ def _request(chain, level, address, num_bytes, is_write):
         chain.counts[level]["writes"] += 1
     else:
         chain.counts[level]["reads"] += 1
-    if way != _NO_WAY and touched & ~chain.present[row, way] == 0:
+    if way != NO_WAY and touched & ~chain.ways[row, way]["present"] == 0:
         _use(chain, level, row, way)
         if is_write:
             _write_hit(chain, level, row, way, touched, address, num_bytes)
@@ -201,25 +193,21 @@ def _touched(one, address, num_bytes):
 
 @inlined
 def _find(chain, one, row, line):
-    """The line's way, or _NO_WAY."""
-    last = chain.sets[row]["last_way"]
+    """The line's way, or NO_WAY."""
+    last = chain.last_way[row]
     if chain.tags[row, last] == line:
         return last
     for way in range(one["num_ways"]):
         if chain.tags[row, way] == line:
             return way
-    return _NO_WAY
+    return NO_WAY
 
 
 @inlined
 def _use(chain, level, row, way):
     """The line was asked for."""
-    one = chain.levels[level]
-    chain.sets[row]["last_way"] = way
-    if one["replacement"] == Replacement.LRU:
-        chain.used[row, way] = chain.uses[level]
-    elif one["replacement"] == Replacement.TREE_PLRU:
-        chain.sets[row]["tree"] = tree_used(chain.sets[row]["tree"], way, one["num_ways"])
+    chain.last_way[row] = way
+    use(chain.levels[level], chain.ways[row, way], chain.uses[level])
 
 
 @inlined
@@ -229,7 +217,7 @@ def _write_hit(chain, level, row, way, touched, address, num_bytes):
         chain.counts[level]["writethroughs"] += 1
         _send(chain, level, address, num_bytes, 1)
     else:
-        chain.dirty[row, way] |= touched
+        chain.ways[row, way]["dirty"] |= touched
 
 
 @compiled
@@ -244,14 +232,14 @@ def _miss(chain, level, row, way, touched, address, num_bytes, is_write):
     else:
         chain.counts[level]["read_misses"] += 1
 
-    dirty_row, dirty_way = row, _NO_WAY
-    if way == _NO_WAY and allocates:
-        way = _victim(chain, level, row)
+    dirty_row, dirty_way = row, NO_WAY
+    if way == NO_WAY and allocates:
+        way = victim(one, chain.tags[row], chain.ways[row], chain.uses[level])
         dirty_way = way
-    goes_through = is_write and (one["writes_through"] != 0 or way == _NO_WAY)
+    goes_through = is_write and (one["writes_through"] != 0 or way == NO_WAY)
     fetches = not is_write or (allocates and num_bytes < sector_bytes)
 
-    if dirty_way != _NO_WAY and one["victim_order"] == VictimOrder.FETCH_FIRST:
+    if dirty_way != NO_WAY and one["victim_order"] == VictimOrder.FETCH_FIRST:
         _send_dirty(chain, level, dirty_row, dirty_way)
     if goes_through:
         chain.counts[level]["writethroughs"] += 1
@@ -259,34 +247,18 @@ def _miss(chain, level, row, way, touched, address, num_bytes, is_write):
     if fetches:
         chain.counts[level]["fetches"] += 1
         _send(chain, level, sector_address, sector_bytes, 0)
-    if dirty_way != _NO_WAY and one["victim_order"] == VictimOrder.WRITE_BACK_FIRST:
+    if dirty_way != NO_WAY and one["victim_order"] == VictimOrder.WRITE_BACK_FIRST:
         _send_dirty(chain, level, dirty_row, dirty_way)
 
-    if dirty_way != _NO_WAY:
+    if dirty_way != NO_WAY:
         chain.tags[row, way] = address >> one["line_shift"]
-        chain.used[row, way] = chain.uses[level]
-        chain.present[row, way] = 0
-    if way != _NO_WAY:
-        chain.present[row, way] |= touched
+        chain.ways[row, way]["used"] = chain.uses[level]
+        chain.ways[row, way]["present"] = 0
+    if way != NO_WAY:
+        chain.ways[row, way]["present"] |= touched
         _use(chain, level, row, way)
         if is_write and not goes_through:
-            chain.dirty[row, way] |= touched
-
-
-@inlined
-def _victim(chain, level, row):
-    """The way that a new line gets: the first invalid one, else by the level's policy."""
-    one = chain.levels[level]
-    oldest = 0
-    for way in range(1, one["num_ways"]):
-        if chain.used[row, way] < chain.used[row, oldest]:
-            oldest = way
-    if chain.used[row, oldest] > 0:
-        if one["replacement"] == Replacement.TREE_PLRU:
-            return tree_points_to(chain.sets[row]["tree"], one["num_ways"])
-        if one["replacement"] == Replacement.RANDOM:
-            return random_way(one["seed"], chain.uses[level], one["num_ways"])
-    return oldest
+            chain.ways[row, way]["dirty"] |= touched
 
 
 @inlined
@@ -303,8 +275,8 @@ def _send(chain, level, address, num_bytes, is_write):
 def _send_dirty(chain, level, row, way):
     """A write for each run of dirty sectors; the line is clean."""
     one = chain.levels[level]
-    dirty = chain.dirty[row, way]
-    chain.dirty[row, way] = 0
+    dirty = chain.ways[row, way]["dirty"]
+    chain.ways[row, way]["dirty"] = 0
     first = 0
     while dirty >> first != 0:
         if dirty >> first & 1 == 0:

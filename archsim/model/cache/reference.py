@@ -2,50 +2,48 @@
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable, Generator
 from enum import Enum
 from typing import NamedTuple, Protocol
 
 import simpy
 
-from archsim.model.cache.spec import CacheSpec
+from archsim.model.cache.reference_clear import ClearBits
+from archsim.model.cache.reference_set import Answer, Fetch, Set, Way
+from archsim.model.cache.spec import Arbiter, CacheSpec, VictimOrder, WritePolicy
 from archsim.model.reference import Phase, at, call
 
-Answer = Callable[[int, int], None]  # (tick, supplier): the data is here, from this level
+# Attributes of a cache that count; machine/counters.py says what.
+CACHE_COUNTS = (
+    *("hits", "merges", "misses", "clear_fills", "fetches", "writebacks_out", "writethroughs_out"),
+    *("fetched_bytes", "written_bytes", "blocked", "fetch_ticks"),
+)
 
 
 class Kind(Enum):
     READ = "read"  # LOAD, or a child's fetch
     WRITE = "write"  # STORE
-    WRITEBACK = "write-back"  # a child's dirty victim
+    WRITEBACK = "write-back"  # a child's dirty victim, or a write that it passes on
+    CLEAR = "clear"  # memory is cleared
 
 
 class Request(NamedTuple):
-    """What a cache or a channel is asked. A write-back wants no answer."""
+    """What a cache or a channel is asked, of one line. A write-back wants no answer."""
 
     kind: Kind
     address: int
     num_bytes: int
     answer: Answer | None
+    sender: int = 0  # number of the core or cache that asks
+    taken: Callable[[], None] | None = None  # called when the request is accepted
 
 
 class NextLevel(Protocol):
     """A cache's parent, or the DRAM."""
 
+    def cut(self, address: int, num_bytes: int) -> list[tuple[int, int]]: ...  # as it wants to be asked
+
     def arrive(self, request: Request) -> None: ...
-
-
-class Way:
-    """The place of one line. `line` is the line's number, None when invalid."""
-
-    def __init__(self) -> None:
-        self.line: int | None = None
-        self.is_coming = False
-        self.is_dirty = False
-        self.last_use = 0
-        self.targets: list[Answer] = []
-        self.fetch_tick = 0  # when the fetch reaches the next level
 
 
 class Cache:
@@ -68,21 +66,31 @@ class Cache:
             period_ticks,
         )
         self.parent = parent
-        self.sets = [[Way() for _ in range(spec.num_ways)] for _ in range(spec.num_sets)]
-        self.input: deque[Request] = deque()
+        self.sets = [Set(spec) for _ in range(spec.num_sets)]
+        self.clear_bits = ClearBits(spec.clear)
+        self.input: list[Request] = []
+        self.last_sender = -1  # of the last accepted request
         self.busy_mshrs = 0
         self.sent = 0  # requests that have not yet arrived at the next level
-        self.uses = 0  # accepted requests, the clock of LRU
+        self.waiting_writes = 0  # writes that the next level has not yet accepted
+        self.uses = 0  # accepted requests, but CLEARs: the clock of LRU
 
         self.accepted = dict.fromkeys(Kind, 0)
-        self.hits = self.merges = self.misses = 0
-        self.fetches = self.writebacks_out = 0
+        self.hits = self.merges = self.misses = self.clear_fills = 0
+        self.fetches = self.writebacks_out = self.writethroughs_out = 0
+        self.fetched_bytes = self.written_bytes = 0
         self.blocked = 0
         self.fetch_ticks = 0
 
     def is_quiet(self) -> bool:
         """Nothing waits here and nothing is on its way to or from the next level."""
         return not self.input and not self.busy_mshrs and not self.sent
+
+    def cut(self, address: int, num_bytes: int) -> list[tuple[int, int]]:
+        """(address, bytes) of the parts that lie in different lines, in ascending order."""
+        line = self.spec.line_bytes
+        ends = [*range((address // line + 1) * line, address + num_bytes, line), address + num_bytes]
+        return [(start, end - start) for start, end in zip([address, *ends], ends, strict=False)]
 
     def arrive(self, request: Request) -> None:
         """`request` is here now."""
@@ -94,83 +102,224 @@ class Cache:
         while True:
             yield at(self.env, tick, Phase.LOOKUP, self.index)
             for _ in range(min(self.spec.num_ports, len(self.input))):
-                if not self._accept(tick, self.input[0]):
+                request = self._choose()
+                if not self._accept(tick, request):
                     self.blocked += 1
                     break
-                self.input.popleft()
+                self.input.remove(request)
+                self.last_sender = request.sender
+                if request.taken is not None:
+                    request.taken()
             tick += self.period_ticks
+
+    def _choose(self) -> Request:
+        """The arrived request that is looked up next; `min` takes the first of several."""
+        if self.spec.arbiter == Arbiter.FIXED_PRIORITY:
+            return min(self.input, key=lambda request: request.sender)
+        if self.spec.arbiter == Arbiter.ROUND_ROBIN:
+            return min(self.input, key=lambda request: (request.sender <= self.last_sender, request.sender))
+        return self.input[0]
 
     def _accept(self, now: int, request: Request) -> bool:
         """Look up `request`; False when it cannot be accepted now, and nothing has changed."""
-        line = request.address // self.spec.line_bytes
-        ways = self.sets[line % self.spec.num_sets]
-        way = next((way for way in ways if way.line == line), None)
-        if way is None:
-            way = self._miss(now, request, line, ways)
-        elif way.is_coming:
-            way = self._merge(request, way)
-        else:
-            self._hit(now, request)
-        if way is None:
-            return False
+        if request.kind is Kind.CLEAR:
+            self._clear(now, request)
+            return True
 
-        self.accepted[request.kind] += 1
-        self.uses += 1
-        way.last_use = self.uses
-        way.is_dirty = way.is_dirty or request.kind in (Kind.WRITE, Kind.WRITEBACK)
+        line = request.address // self.spec.line_bytes
+        way = self.sets[line % self.spec.num_sets].find(line)
+        touched = self._sectors(request)
+        missing = touched - way.present if way is not None else touched
+        if way is not None and not missing:
+            is_accepted = self._hit(now, request, way)
+        elif way is not None and missing & way.coming.keys():
+            is_accepted = self._merge(now, request, way, missing)
+        else:
+            is_accepted = self._miss(now, request, way)
+        self.accepted[request.kind] += is_accepted
+        return is_accepted
+
+    def _sectors(self, request: Request) -> set[int]:
+        """Sectors of the line that the request's bytes lie in."""
+        first = request.address % self.spec.line_bytes
+        last = first + request.num_bytes - 1
+        return set(range(first // self.spec.sector_bytes, last // self.spec.sector_bytes + 1))
+
+    def _hit(self, now: int, request: Request, way: Way) -> bool:
+        if self._goes_through(request) and not self._has_room():
+            return False
+        self.hits += 1
+        self._use(way)
+        self._answer_at_hit_time(now, request)
+        self._write(now, request, way)
         return True
 
-    def _hit(self, now: int, request: Request) -> None:
-        self.hits += 1
+    def _merge(self, now: int, request: Request, way: Way, missing: set[int]) -> bool:
+        """Wait with the fetch that brings all that is missing."""
+        fetches = {id(fetch): fetch for sector, fetch in way.coming.items() if sector in missing}
+        fetch = next(iter(fetches.values()))
+        if len(fetches) > 1 or not missing <= fetch.sectors:
+            return False
+        if request.answer is not None and len(fetch.targets) >= self.spec.num_targets:
+            return False
+        if self._goes_through(request) and not self._has_room():
+            return False
+
+        self.merges += 1
+        if request.answer is not None:
+            fetch.targets.append(request.answer)
+        self._use(way)
+        self._write(now, request, way)
+        return True
+
+    def _miss(self, now: int, request: Request, way: Way | None) -> bool:
+        """Nothing of what is missing is on its way."""
+        is_write = request.kind is not Kind.READ
+        if is_write and way is None and not self.spec.allocates_writes:
+            return self._pass_on(now, request)
+
+        line = request.address // self.spec.line_bytes
+        place = way or self.sets[line % self.spec.num_sets].victim(self.uses + 1)
+        if place is None:
+            return False
+        victim = [] if place is way else self._dirty_runs(place)
+        is_cleared = self._wants_data(request) and self.clear_bits.are_set(*self._span(request))
+        fetches = self._wants_data(request) and not is_cleared
+        if fetches and self.busy_mshrs >= self.spec.num_mshrs:
+            return False
+        if (victim or self._goes_through(request)) and not self._has_room():
+            return False
+
+        self.misses += 1
+        self.clear_fills += is_cleared
+        if place is not way:
+            place.take(line)
+            place.first_use = self.uses + 1
+        self._use(place)
+        if self.spec.victim_order == VictimOrder.WRITE_BACK_FIRST:
+            self._write_back(now, victim)
+        if fetches:
+            self._fetch(now, request, place)
+        else:
+            place.present |= self._sectors(request)
+            self._answer_at_hit_time(now, request)
+        self._write(now, request, place)
+        if self.spec.victim_order == VictimOrder.FETCH_FIRST:
+            self._write_back(now, victim)
+        return True
+
+    def _pass_on(self, now: int, request: Request) -> bool:
+        """A write that finds no line goes to the next level as it is."""
+        if not self._has_room():
+            return False
+        self.misses += 1
+        self.uses += 1
+        self._write_through(now, request)
+        self._answer_at_hit_time(now, request)
+        return True
+
+    def _use(self, way: Way) -> None:
+        """The request that is being accepted uses the line in this way."""
+        self.uses += 1
+        way.last_use = self.uses
+        assert way.line is not None
+        self.sets[way.line % self.spec.num_sets].mark(way, self.uses)
+
+    def _wants_data(self, request: Request) -> bool:
+        """Whether what is missing has to come: not if all of it is written, or if writes do not allocate."""
+        if request.kind is Kind.READ:
+            return True
+        is_covered = request.num_bytes == len(self._sectors(request)) * self.spec.sector_bytes
+        return bool(self.spec.allocates_writes) and not is_covered
+
+    def _goes_through(self, request: Request) -> bool:
+        return request.kind is not Kind.READ and self.spec.write_policy == WritePolicy.WRITE_THROUGH
+
+    def _has_room(self) -> bool:
+        """Whether one more write may be sent."""
+        return self.spec.num_write_entries == 0 or self.waiting_writes < self.spec.num_write_entries
+
+    def _write(self, now: int, request: Request, way: Way) -> None:
+        """What a write does to the line in this way or to the next level; nothing for a read."""
+        if self._goes_through(request):
+            self._write_through(now, request)
+        elif request.kind is not Kind.READ:
+            way.dirty |= self._sectors(request)
+
+    def _write_through(self, now: int, request: Request) -> None:
+        self.writethroughs_out += self._send_write(now, request.address, request.num_bytes)
+
+    def _write_back(self, now: int, runs: list[tuple[int, int]]) -> None:
+        for address, num_bytes in runs:
+            self.writebacks_out += self._send_write(now, address, num_bytes)
+
+    def _dirty_runs(self, way: Way) -> list[tuple[int, int]]:
+        """(address, bytes) of the runs of dirty sectors, the highest address first."""
+        size = self.spec.sector_bytes
+        runs: list[tuple[int, int]] = []
+        for sector in sorted(way.dirty):
+            assert way.line is not None
+            start = way.line * self.spec.line_bytes + sector * size
+            if runs and sum(runs[-1]) == start:
+                start = runs.pop()[0]
+            runs.append((start, way.line * self.spec.line_bytes + (sector + 1) * size - start))
+        return runs[::-1]
+
+    def _span(self, request: Request) -> tuple[int, int]:
+        """(address, bytes) of the sectors that the request touches."""
+        sectors = self._sectors(request)
+        line_start = request.address // self.spec.line_bytes * self.spec.line_bytes
+        return line_start + min(sectors) * self.spec.sector_bytes, len(sectors) * self.spec.sector_bytes
+
+    def _fetch(self, now: int, request: Request, way: Way) -> None:
+        """Ask the next level for the sectors that the request touches."""
+        self.busy_mshrs += 1
+        parts = self.parent.cut(*self._span(request))
+        fetch = Fetch(now + self.spec.hit_cycles * self.period_ticks, self._sectors(request), len(parts))
+        fetch.targets = [] if request.answer is None else [request.answer]
+        way.coming |= dict.fromkeys(fetch.sectors, fetch)
+        for address, num_bytes in parts:
+            self.fetches += 1
+            self.fetched_bytes += num_bytes
+            answer = lambda tick, supplier: self._part_is_here(tick, supplier, way, fetch)  # noqa: E731
+            self._send(now, Request(Kind.READ, address, num_bytes, answer, self.sender))
+
+    def _part_is_here(self, now: int, supplier: int, way: Way, fetch: Fetch) -> None:
+        """Phase 0: a part of a fetch is here; with the last one its sectors are, and so they are for all who wait."""
+        self.fetch_ticks += now - fetch.arrival
+        fetch.parts_left -= 1
+        fetch.supplier = max(fetch.supplier, supplier)
+        if fetch.parts_left > 0:
+            return
+        self.busy_mshrs -= 1
+        way.present |= fetch.sectors
+        for sector in fetch.sectors:
+            del way.coming[sector]
+        for answer in fetch.targets:
+            answer(now, fetch.supplier)
+
+    def _answer_at_hit_time(self, now: int, request: Request) -> None:
         if request.answer is not None:
             tick = now + self.spec.hit_cycles * self.period_ticks
             call(at(self.env, tick, Phase.FILL), request.answer, tick, self.index)
 
-    def _merge(self, request: Request, way: Way) -> Way | None:
-        """The way whose line is on its way, or None when it has no free target."""
-        if request.answer is not None:
-            if len(way.targets) >= self.spec.num_targets:
-                return None
-            way.targets.append(request.answer)
-        self.merges += 1
-        return way
+    def _send_write(self, now: int, address: int, num_bytes: int) -> int:
+        """Send a write that wants no answer; the number of requests that it takes."""
+        self.clear_bits.reset(address, num_bytes)
+        parts = self.parent.cut(address, num_bytes)
+        for part_address, part_bytes in parts:
+            self.written_bytes += part_bytes
+            self.waiting_writes += 1
+            request = Request(
+                Kind.WRITEBACK, part_address, part_bytes, None, self.sender, self._write_is_taken
+            )
+            self._send(now, request)
+        return len(parts)
 
-    def _miss(self, now: int, request: Request, line: int, ways: list[Way]) -> Way | None:
-        """The way that now belongs to `line`, or None without a way or an MSHR."""
-        way = _victim(ways)
-        is_whole = request.kind is Kind.WRITEBACK and request.num_bytes == self.spec.line_bytes
-        if way is None or (not is_whole and self.busy_mshrs >= self.spec.num_mshrs):
-            return None
+    def _write_is_taken(self) -> None:
+        self.waiting_writes -= 1
 
-        self.misses += 1
-        old_line, was_dirty = way.line, way.is_dirty
-        way.line, way.is_dirty, way.is_coming = line, False, not is_whole
-        if not is_whole:
-            self._fetch(now, request, way)
-        if was_dirty:
-            assert old_line is not None
-            self.writebacks_out += 1
-            self._send(now, Kind.WRITEBACK, old_line, None)
-        return way
-
-    def _fetch(self, now: int, request: Request, way: Way) -> None:
-        self.fetches += 1
-        self.busy_mshrs += 1
-        way.targets = [] if request.answer is None else [request.answer]
-        way.fetch_tick = now + self.spec.hit_cycles * self.period_ticks
-        assert way.line is not None
-        self._send(now, Kind.READ, way.line, lambda tick, supplier: self._fill(tick, supplier, way))
-
-    def _fill(self, now: int, supplier: int, way: Way) -> None:
-        """Phase 0: the line is here, from `supplier`; so it is for everyone who waits for it."""
-        self.busy_mshrs -= 1
-        self.fetch_ticks += now - way.fetch_tick
-        way.is_coming = False
-        for answer in way.targets:
-            answer(now, supplier)
-
-    def _send(self, now: int, kind: Kind, line: int, answer: Answer | None) -> None:
-        request = Request(kind, line * self.spec.line_bytes, self.spec.line_bytes, answer)
+    def _send(self, now: int, request: Request) -> None:
         self.sent += 1
         tick = now + self.spec.hit_cycles * self.period_ticks
         call(at(self.env, tick, Phase.ARRIVE, self.sender), self._deliver, request)
@@ -179,11 +328,14 @@ class Cache:
         self.sent -= 1
         self.parent.arrive(request)
 
-
-def _victim(ways: list[Way]) -> Way | None:
-    """The lowest-numbered invalid way, else the least recently used that is not on its way, else None."""
-    invalid = [way for way in ways if way.line is None]
-    present = [way for way in ways if way.line is not None and not way.is_coming]
-    if invalid:
-        return invalid[0]
-    return min(present, key=lambda way: way.last_use, default=None)
+    def _clear(self, now: int, request: Request) -> None:
+        """Set the bits of the blocks within the memory; lines within them that are not on their way are dropped."""
+        start, end = self.clear_bits.set(request.address, request.num_bytes)
+        for way in (way for each in self.sets for way in each.ways):
+            if way.line is None or way.coming:
+                continue
+            first = way.line * self.spec.line_bytes
+            if start <= first and first + self.spec.line_bytes <= end:
+                way.take(None)
+        self.accepted[Kind.CLEAR] += 1
+        self._answer_at_hit_time(now, request)

@@ -1,35 +1,92 @@
-"""Which way of a set gives up its line: the arithmetic of the policies that need more than a time of use."""
+"""Which way of a set gives up its line, compiled: one branch for each policy, on one time of each way.
+
+No policy costs anything at a hit but that time: the bits of a pseudo-LRU tree follow from it. A node points away
+from its half that was used last, so to the half whose last use is longer ago.
+"""
 
 from __future__ import annotations
 
 from archsim.jit import inlined
+from archsim.model.cache.spec import Replacement
+from archsim.model.compiled import NEVER, record
 
+NO_WAY = -1
+INVALID = -(1 << 62)  # tag of a way without a line
 _WORD = 0xFFFFFFFF
 
+WAY = record(
+    "used",  # the cache's request that used the line last (FIFO: that brought it), 0 for never
+    indices=(  # a bit for each sector
+        "present",  # that is here
+        "coming",  # that is on its way
+        "dirty",  # that differs from the next level
+    ),
+)
+
 
 @inlined
-def tree_used(tree, way, num_ways):
-    """The set's bits after a use of `way`: every node on the path to it points to the other half.
+def use(spec, way, count):
+    """Request number `count` uses the line in this way, which has been here before."""
+    if spec["replacement"] != Replacement.FIFO:
+        way["used"] = count
 
-    Node 1 is the root, node n has the children 2n and 2n + 1; a bit that is set points to the second.
+
+@inlined
+def victim(spec, tags, ways, count):
+    """The way of the set for the line of request number `count`, NO_WAY if all are on their way.
+
+    `spec` has replacement, num_ways and seed; tags [A] and ways [A] are the set's.
     """
-    node = 1
-    half = num_ways >> 1
-    while half > 0:
-        second = (way & half) != 0
-        tree = tree & ~(1 << node) if second else tree | (1 << node)
-        node = 2 * node + second
-        half >>= 1
-    return tree
+    if spec["replacement"] == Replacement.LRU or spec["replacement"] == Replacement.FIFO:
+        return _oldest(spec, tags, ways)
+    for way in range(spec["num_ways"]):
+        if tags[way] == INVALID:
+            return way
+    if spec["replacement"] == Replacement.TREE_PLRU:
+        wanted = _longest_unused_by_halves(ways, spec["num_ways"])
+    else:
+        wanted = random_way(spec["seed"], count, spec["num_ways"])
+    return _first_free(spec, ways, wanted)
 
 
 @inlined
-def tree_points_to(tree, num_ways):
-    """The way that the set's bits lead to."""
-    node = 1
-    while node < num_ways:
-        node = 2 * node + (tree >> node & 1)
-    return node - num_ways
+def _oldest(spec, tags, ways):
+    """The first invalid way, else that of the line longest unused, or longest here."""
+    found, oldest = NO_WAY, NEVER
+    for number in range(spec["num_ways"]):
+        time = -1 if tags[number] == INVALID else ways[number]["used"]
+        is_older = (time < oldest) & (ways[number]["coming"] == 0)
+        found = number if is_older else found
+        oldest = time if is_older else oldest
+    return found
+
+
+@inlined
+def _longest_unused_by_halves(ways, num_ways):
+    """Of the halves of the set the one whose last use is longer ago, of its halves again, down to one way."""
+    low, high = 0, num_ways
+    while high - low > 1:
+        middle = (low + high) >> 1
+        lower, upper = 0, 0
+        for way in range(low, middle):
+            lower = max(lower, ways[way]["used"])
+        for way in range(middle, high):
+            upper = max(upper, ways[way]["used"])
+        if lower <= upper:
+            high = middle
+        else:
+            low = middle
+    return low
+
+
+@inlined
+def _first_free(spec, ways, wanted):
+    """The first way at or after `wanted`, going round, that is not on its way."""
+    for step in range(spec["num_ways"]):
+        way = (wanted + step) % spec["num_ways"]
+        if ways[way]["coming"] == 0:
+            return way
+    return NO_WAY
 
 
 @inlined

@@ -32,6 +32,26 @@ class VictimOrder(IntEnum):
     WRITE_BACK_FIRST = 1
 
 
+class Arbiter(IntEnum):
+    """Which of the arrived requests is looked up next; one sender's requests stay in order."""
+
+    ARRIVAL = 0  # the one that arrived first; of one tick, that of the sender with the lowest number
+    FIXED_PRIORITY = 1  # that of the sender with the lowest number
+    ROUND_ROBIN = 2  # that of the next sender after the one that was served last
+
+
+class ClearSpec(NamedTuple):
+    """A bit for each block of some memory that tells whether the block is known to be cleared in the next level."""
+
+    block_bytes: int  # a power of two; 0: no bits
+    first_address: int  # a multiple of block_bytes
+    num_blocks: int
+    is_clear_at_first: int
+
+
+NO_CLEAR_BITS = ClearSpec(0, 0, 0, 0)
+
+
 class CacheSpec(NamedTuple):
     """One cache. A line is allocated when the miss is found."""
 
@@ -49,6 +69,11 @@ class CacheSpec(NamedTuple):
     write_policy: int = WritePolicy.WRITE_BACK
     allocates_writes: int = 1  # 0: a write that finds no line goes to the next level as it is
     victim_order: int = VictimOrder.FETCH_FIRST
+    num_write_entries: int = (
+        0  # writes sent and not yet accepted by the next level that hold up the next one; 0: none do
+    )
+    arbiter: int = Arbiter.ARRIVAL
+    clear: ClearSpec = NO_CLEAR_BITS
 
     @property
     def sector_bytes(self) -> int:

@@ -19,6 +19,8 @@ from archsim.trace.records import Op
 NO_WORK = -2
 LOCK = -1
 
+_ACCESSES = {Op.LOAD: Kind.READ, Op.STORE: Kind.WRITE, Op.CLEAR: Kind.CLEAR}
+
 
 class State(Enum):
     READY = "nothing"
@@ -158,7 +160,7 @@ class Core:
 
     def _execute(self, now: int, thread: Thread, instruction: Instruction) -> None:
         next_edge = now + self.spec.period_ticks
-        if instruction.op in (Op.LOAD, Op.STORE):
+        if instruction.op in _ACCESSES:
             thread.state = State.WAITING_MEMORY
             self._access(now, thread, instruction)
         elif instruction.op == Op.LOCK:
@@ -176,6 +178,7 @@ class Core:
             self.emitted += instruction.op == Op.EMIT
 
     def _access(self, now: int, thread: Thread, instruction: Instruction) -> None:
-        kind = Kind.READ if instruction.op == Op.LOAD else Kind.WRITE
-        request = Request(kind, instruction.address, instruction.num_bytes, thread.wake)
+        assert instruction.op is not None
+        kind = _ACCESSES[instruction.op]
+        request = Request(kind, instruction.address, instruction.num_bytes, thread.wake, self.index)
         call(at(self.env, now, Phase.ARRIVE, self.index), self.cache.arrive, request)

@@ -26,6 +26,7 @@ DRAM_COUNTERS = (
     "reads",
     "writes",
     "forwarded",
+    "forwarded_bytes",
     "row_hits",
     "row_misses",
     "row_conflicts",

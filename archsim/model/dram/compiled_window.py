@@ -35,6 +35,7 @@ def enter(spec, state, clock, number):
             break
         if spec.num_write_entries > 0 and _can_forward(spec, state, number, request):
             channel["forwarded"] += 1
+            channel["forwarded_bytes"] += request["bursts"] * spec.burst_beats * spec.beat_bytes
             channel["data_beats"] = (clock + 1) * spec.clock_beats
             drop_oldest(state.queue, reads)
             return request["requester"]

@@ -131,6 +131,7 @@ class Channel:
             if not queued.is_classified and self._can_forward(queued):
                 queue.remove(queued)
                 self.counts["forwarded"] += 1
+                self.counts["forwarded_bytes"] += queued.request.num_bytes
                 self._answer(m + 1, 0, queued.request)
                 continue
             if not queued.is_classified:
@@ -284,7 +285,15 @@ class Dram:
     def channel_of(self, address: int) -> Channel:
         return self.channels[field(address, self.spec.channel)]
 
+    def cut(self, address: int, num_bytes: int) -> list[tuple[int, int]]:
+        """(address, bytes) of the whole bursts that these bytes of one line lie in."""
+        burst = self.spec.burst_beats * self.spec.beat_bytes
+        start = address // burst * burst
+        return [(start, divide_up(address + num_bytes, burst) * burst - start)]
+
     def arrive(self, request: Request) -> None:
+        if request.taken is not None:
+            request.taken()
         self.channel_of(request.address).arrive(request)
 
     def is_quiet(self) -> bool:
