@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import Any
 
 import typer
 
@@ -13,7 +14,8 @@ from archsim.cli.bars import Bars
 from archsim.cli.configs import find_run
 from archsim.cli.console import print_summary
 from archsim.cli.edge import FAILED_CHECK
-from archsim.config import RunConfig, WalkthroughConfig, load_run, resolved_yaml
+from archsim.config import RunConfig, WalkthroughConfig, load_run_with_origins, resolved_yaml
+from archsim.config.explain import origins
 from archsim.report.run_page import run_report
 from archsim.run import simulate
 from archsim.run.folder import RunFiles, check_target, result_json, write_run
@@ -24,12 +26,13 @@ from archsim.run.result import Result
 def run(config_name: str, overrides: list[str], out: Path | None, as_json: bool) -> None:
     """Simulate, write the run folder, say where it is."""
     check_target(out)
-    config = load_run(find_run(config_name), overrides)
+    loaded = load_run_with_origins(find_run(config_name), overrides)
+    config = loaded.config
 
     started = time.perf_counter()
     with Bars() as bars:
         result = simulate(config, bars)
-    folder = write_run(out, run_files(result, config, time.perf_counter() - started))
+    folder = write_run(out, run_files(result, config, time.perf_counter() - started, origins(loaded)))
 
     if as_json:
         print(result_json(result), end="")
@@ -39,11 +42,16 @@ def run(config_name: str, overrides: list[str], out: Path | None, as_json: bool)
     report_failed_checks([result])
 
 
-def run_files(result: Result, config: RunConfig | WalkthroughConfig, wall_seconds: float) -> RunFiles:
+def run_files(
+    result: Result,
+    config: RunConfig | WalkthroughConfig,
+    wall_seconds: float,
+    set_by: Sequence[tuple[str, Any, str]] = (),
+) -> RunFiles:
     """Everything that is kept of a finished run."""
     config_yaml = resolved_yaml(config)
     manifest = make_manifest(config_yaml, config.seed, result.scene_digest, sys.argv, wall_seconds)
-    return RunFiles(result, config_yaml, manifest, run_report(result, config_yaml, manifest))
+    return RunFiles(result, config_yaml, manifest, run_report(result, config_yaml, manifest, set_by))
 
 
 def report_failed_checks(results: Iterable[Result]) -> None:

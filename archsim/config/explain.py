@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 from pydantic import BaseModel
@@ -21,6 +22,30 @@ class Explained(NamedTuple):
     default: str
     where: Location | None  # where the value is written; None for a default
     accepted: str  # type, range or choices
+
+
+def origins(run: LoadedRun) -> list[tuple[str, Any, str]]:
+    """(key, value, who set it) of every value of a run, in the order of the file."""
+    return [
+        (key, _shown(value), str(_origin(run, key)))
+        for key, value in flat(run.config.model_dump(mode="json"))
+    ]
+
+
+def flat(tree: Any, path: str = "") -> Iterator[tuple[str, Any]]:
+    """(dotted path, value) of every scalar and of every list of scalars in a tree."""
+    if isinstance(tree, dict):
+        for key, value in tree.items():
+            yield from flat(value, f"{path}.{key}" if path else key)
+    elif isinstance(tree, list) and any(isinstance(item, dict | list) for item in tree):
+        for index, value in enumerate(tree):
+            yield from flat(value, f"{path}.{index}")
+    else:
+        yield path, tree
+
+
+def _origin(run: LoadedRun, key: str) -> Location | str:
+    return run.origin(key) or "the default"
 
 
 class _Place(NamedTuple):

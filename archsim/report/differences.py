@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from archsim.config.document import parse
+from archsim.config.explain import flat
 from archsim.errors import Location
 from archsim.run.folder import StoredRun
 
@@ -60,7 +60,7 @@ def differences(left: StoredRun, right: StoredRun) -> Differences:
 
 def config_changes(left: str, right: str) -> list[ConfigChange]:
     """Keys that differ between two resolved configurations, in the order of the text."""
-    a, b = dict(_flat(_tree(left))), dict(_flat(_tree(right)))
+    a, b = dict(flat(_tree(left))), dict(flat(_tree(right)))
     keys = dict.fromkeys([*a, *b])
     return [
         ConfigChange(key, a.get(key, MISSING), b.get(key, MISSING))
@@ -80,18 +80,6 @@ def relative_percent(left: float | None, right: float | None) -> float:
 
 def _tree(text: str) -> Any:
     return parse(text, lambda mark: Location("config.yaml", mark.line + 1), Path()).plain()
-
-
-def _flat(tree: Any, path: str = "") -> Iterator[tuple[str, Any]]:
-    """(dotted path, value) of every scalar and of every list of scalars."""
-    if isinstance(tree, dict):
-        for key, value in tree.items():
-            yield from _flat(value, f"{path}.{key}" if path else key)
-    elif isinstance(tree, list) and any(isinstance(item, dict | list) for item in tree):
-        for index, value in enumerate(tree):
-            yield from _flat(value, f"{path}.{index}")
-    else:
-        yield path, tree
 
 
 def _statistic_changes(left: StoredRun, right: StoredRun) -> list[StatisticChange]:

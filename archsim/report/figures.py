@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import matplotlib
 import numpy as np
@@ -67,6 +67,35 @@ def stall_stack(phases: Mapping[str, Phase]) -> str:
     whole.invert_yaxis()
     _legend(figure, [*whole.containers, *empty.containers])
     return as_svg(figure, "stalls")
+
+
+class Roof(NamedTuple):
+    """A phase under its machine's roofs."""
+
+    intensity: float  # instructions for each byte that the DRAM moved
+    instructions: float  # a cycle
+    peak_instructions: float  # a cycle
+    peak_bytes: float  # a cycle
+
+
+@STYLED
+def roofline(roofs: Mapping[str, Roof]) -> str:
+    """Each phase as a point under the roof of its cores and its DRAM; nothing without phases."""
+    if not roofs:
+        return ""
+    figure = Figure(figsize=(7.4, 4.0), layout="constrained")
+    axes = figure.subplots()
+    intensities = [roof.intensity for roof in roofs.values()]
+    knees = [roof.peak_instructions / roof.peak_bytes for roof in roofs.values()]
+    x = np.geomspace(min(*intensities, *knees) / 4, max(*intensities, *knees) * 4, 200)
+    for (label, roof), colour in zip(
+        roofs.items(), (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY) * 9, strict=False
+    ):
+        axes.plot(x, np.minimum(roof.peak_instructions, roof.peak_bytes * x), color=colour, linewidth=1.2)
+        axes.plot(roof.intensity, roof.instructions, "o", color=colour, markersize=8, label=words(label))
+    axes.set(xscale="log", yscale="log", xlabel="instructions a DRAM byte", ylabel="instructions a cycle")
+    axes.legend(frameon=False, loc="lower right")
+    return as_svg(figure, "roofline")
 
 
 @STYLED

@@ -2,17 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from archsim.report import figures
+from archsim.report.advice import advice
+from archsim.report.figures import Roof
 from archsim.report.page import render, shadow_caption, shadow_uri
 from archsim.report.statistics import CACHE_COLUMNS, DRAM_COLUMNS, Phase, headlines, phases
 from archsim.run.result import Result
 
 
-def run_report(result: Result, config_yaml: str, manifest: Mapping[str, Any]) -> str:
-    """The page as HTML text. It needs nothing but itself: no network, no other file."""
+def run_report(
+    result: Result,
+    config_yaml: str,
+    manifest: Mapping[str, Any],
+    origins: Sequence[tuple[str, Any, str]] = (),
+) -> str:
+    """The page as HTML text. It needs nothing but itself: no network, no other file.
+
+    `origins` are (key, value, who set it) of the configuration.
+    """
     ran = phases(result)
     return render(
         "run.html.j2",
@@ -21,6 +31,8 @@ def run_report(result: Result, config_yaml: str, manifest: Mapping[str, Any]) ->
         subtitle=f"A run of archsim {manifest['archsim']}, {manifest['wall_seconds']:g} s of wall time",
         headlines=headlines(result),
         light=figures.speed_of_light(speed_of_light(ran)),
+        advice=[(phase.name, advice(phase)) for phase in ran],
+        roofline=figures.roofline({phase.name: roof for phase in ran if (roof := roof_of(phase))}),
         stalls=figures.stall_stack({phase.name: phase for phase in ran}),
         outcomes=figures.shares(cache_outcomes(ran), figures.OUTCOMES, "lookups", "caches"),
         cache_columns=CACHE_COLUMNS,
@@ -40,6 +52,7 @@ def run_report(result: Result, config_yaml: str, manifest: Mapping[str, Any]) ->
         failed=[check for check in result.checks if not check.ok],
         statistics=result.statistics,
         config_yaml=config_yaml,
+        origins=origins,
         manifest=manifest,
     )
 
@@ -53,6 +66,20 @@ def speed_of_light(ran: list[Phase]) -> list[tuple[str, float]]:
             shares.append((f"{phase.name}: {cache} ports", float(phase.values[f"{cache}.port_percent"])))
         shares.append((f"{phase.name}: DRAM data buses", float(phase.values["dram.bus_percent"])))
     return shares
+
+
+def roof_of(phase: Phase) -> Roof | None:
+    """Where the phase stands under its machine's roofs; None if it moved nothing."""
+    values = {name: float(value) for name, value in phase.values.items()}
+    if not (values.get("dram.bytes") and values["dram.bus_percent"] and values["useful_percent"]):
+        return None
+    a_cycle = values["instructions"] / values["cycles"]
+    return Roof(
+        values["instructions"] / values["dram.bytes"],
+        a_cycle,
+        100.0 * a_cycle / values["useful_percent"],
+        100.0 * values["dram.bandwidth_bytes_per_cycle"] / values["dram.bus_percent"],
+    )
 
 
 def cache_outcomes(ran: list[Phase]) -> dict[str, dict[str, float]]:

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from archsim.config import load_run_with_origins
-from archsim.config.explain import explain
+from archsim.config.explain import explain, origins
 from archsim.errors import ArchsimError
 
 
@@ -66,3 +66,15 @@ def test_what_is_not_there_is_named(path, message):
     with pytest.raises(ArchsimError) as error:
         explained(path)
     assert message in str(error.value)
+
+
+def test_every_value_has_its_origin():
+    found = {
+        key: (value, place)
+        for key, value, place in origins(load_run_with_origins("runs/tiny.yaml", ["seed=7"]))
+    }
+
+    assert found["seed"] == ("7", "--set seed=7")
+    assert found["workload.depth_offset_cells"] == ("0.015625", "the default")
+    assert found["scene.resolution"][0] == "[64, 48]"
+    assert "configs/machines/tiny.yaml:" in found["machine.components.l2.size"][1]

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from archsim.report.run_page import cache_outcomes, row_outcomes, run_report, speed_of_light
-from archsim.report.statistics import phases
+from archsim.report.run_page import cache_outcomes, roof_of, row_outcomes, run_report, speed_of_light
+from archsim.report.statistics import Phase, phases
 from archsim.run.result import Check
 from tests.report.pages import check_self_contained
 from tests.run.results import CONFIG_YAML, MANIFEST, make_result
@@ -29,7 +29,7 @@ def test_the_page_is_whole_and_holds_the_numbers():
         "a law",
     ):
         assert text in shown.text, text
-    assert shown.tags.count("svg") == 6  # light, stalls, caches, rows, one map, one histogram
+    assert shown.tags.count("svg") == 7  # light, roofline, stalls, caches, rows, one map, one histogram
     assert "4 x 3 pixels, 16.7 % in shadow" in shown.text
 
 
@@ -89,3 +89,24 @@ def test_empty_and_constant_pictures_can_be_drawn(image):
 
 def test_a_run_without_phases_still_has_a_page():
     assert "made_up" in page(make_result(statistics=[])).text
+
+
+def test_a_phase_stands_under_its_roofs():
+    """Half of the slots used by one core; half of 16 bytes a cycle moved."""
+    values = {"instructions": 50, "cycles": 100, "useful_percent": 50.0, "dram.bytes": 800}
+    values |= {"dram.bandwidth_bytes_per_cycle": 8.0, "dram.bus_percent": 50.0}
+
+    assert roof_of(Phase("p", values, [])) == (50 / 800, 0.5, 1.0, 16.0)
+    assert roof_of(Phase("p", {**values, "dram.bytes": 0}, [])) is None
+
+
+def test_the_page_says_who_set_each_value():
+    shown = check_self_contained(
+        run_report(make_result(), CONFIG_YAML, MANIFEST, [("seed", "7", "--set seed=7")])
+    )
+
+    assert "--set seed=7" in shown.text
+
+
+def test_advice_is_beside_the_speed_of_light():
+    assert "Limited by issue: 87 %" in page(make_result()).text

@@ -16,6 +16,7 @@ CONFIG_YAML = "name: made_up\nscene: {resolution: [4, 3]}\n"
 
 PHASE = {
     "cycles": 123456,
+    "instructions": 107715,
     "useful_percent": 87.25,
     "stall.no_work_percent": 1.5,
     "stall.lock_percent": 0.25,
@@ -29,6 +30,7 @@ PHASE = {
     "dram.row_conflicts": 600,
     "dram.bandwidth_bytes_per_cycle": 7.75,
     "dram.bus_percent": 20.5,
+    "dram.bytes": 956784,
 }
 CACHE = {
     "accesses": 7654,
