@@ -18,7 +18,7 @@ from archsim.model.dram.compiled_state import (
     DramState,
     new_dram,
 )
-from archsim.model.dram.compiled_window import enter, next_entry, ring_of
+from archsim.model.dram.compiled_window import enter, next_entry, num_in_window, ring_of
 from archsim.model.dram.spec import Scheduler
 
 __all__ = [
@@ -43,7 +43,7 @@ def ring_of_request(spec, address, is_write):
     return ring_of(spec, field_of(address, spec.channel), is_write)
 
 
-@step
+@inlined_step
 def send(spec, state, arrival_ticks, address, rank, is_write):
     """Queue a request that arrives at `arrival_ticks`; returns it, for the sender to give its bursts and requester."""
     number = field_of(address, spec.channel)
@@ -79,10 +79,8 @@ def has_room(spec, state, address, is_write):
     """Whether a request that came now would enter its window at once."""
     number = field_of(address, spec.channel)
     ring = ring_of(spec, number, is_write)
-    channel = state.channels[number]
-    if ring == number:
-        return channel["num_reads"] + num_items(state.queue, ring) < spec.num_queue_entries
-    return channel["num_writes"] + num_items(state.queue, ring) < spec.num_write_entries
+    size = spec.num_queue_entries if ring == number else spec.num_write_entries
+    return num_in_window(spec, state.channels[number], is_write) + num_items(state.queue, ring) < size
 
 
 @inlined_step
@@ -103,10 +101,10 @@ def wake_first(spec, state):
     return requester
 
 
-@step
+@inlined_step
 def _wake(spec, state, clock, number):
     """Play `clock`: entries, then the command that is planned. Stops at a read answered without a command."""
-    channel, num_entered = state.channels[number], state.channels[number]["entered"]
+    channel = state.channels[number]
     if spec.num_write_entries > 0 and clock > channel["last_wake"] + 1:
         channel["is_draining"] = drains(spec, channel)  # as it was decided in the clocks between
     channel["last_wake"] = clock
@@ -118,16 +116,17 @@ def _wake(spec, state, clock, number):
 
     if spec.num_write_entries > 0:
         channel["is_draining"] = drains(spec, channel)
-    if channel["entered"] != num_entered or (channel["plan"] == PLAN_AGAIN and channel["plan_due"] <= clock):
-        plan(spec, state, clock, number)
-    is_planned = channel["plan"] != PLAN_AGAIN and channel["plan_due"] <= clock
-    if is_planned:
-        requester = _carry_out(spec, state, clock, number)
-        channel["plan"], channel["plan_due"] = PLAN_AGAIN, clock + 1
-    entry = max(clock + 1, next_entry(spec, state, number))
-    if is_planned and entry > clock + 1:
-        plan(spec, state, clock + 1, number)
-    state.due[number] = min(channel["plan_due"], entry)
+    start = clock
+    while True:
+        if channel["plan"] == PLAN_AGAIN and channel["plan_due"] <= start:
+            plan(spec, state, start, number)
+        if channel["plan"] == PLAN_AGAIN or channel["plan_due"] > clock:
+            break
+        requester, start = _carry_out(spec, state, clock, number), clock + 1
+        channel["plan"], channel["plan_due"] = PLAN_AGAIN, start
+        if next_entry(spec, state, number) <= start:
+            break  # then is the time to plan
+    state.due[number] = min(channel["plan_due"], max(clock + 1, next_entry(spec, state, number)))
     return requester
 
 
@@ -170,14 +169,15 @@ def _serve_first(spec, state, clock, number):
     return requester
 
 
-@step
+@inlined_step
 def _find_next_due(state):
     """Find out which channel is due first; of several the first."""
-    first = 0
+    first, first_due = 0, state.due[0]
     for number in range(1, len(state.due)):
-        first = number if state.due[number] < state.due[first] else first
-    state.next_due[0] = state.due[first]
-    state.next_due[1] = first
+        due = state.due[number]
+        first = number if due < first_due else first
+        first_due = min(first_due, due)
+    state.next_due[0], state.next_due[1] = first_due, first
 
 
 @inlined_step

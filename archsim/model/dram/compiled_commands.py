@@ -23,7 +23,7 @@ def raise_to(bounds, name, clock):
     bounds[name] = max(bounds[name], clock)
 
 
-@step
+@inlined_step
 def activate(spec, state, clock, number, bank_number, row):
     """ACT in `clock`."""
     timing, channel, bank = spec.timing, state.channels[number], state.banks[number, bank_number]
@@ -42,7 +42,7 @@ def activate(spec, state, clock, number, bank_number, row):
 
     for kind in range(2):
         requests = state.lists[number, bank_number, kind]
-        requests["hit"] = next_hit(state, number, requests["first"], row)
+        _set_hit(state, number, requests, next_hit(state, number, requests["first"], row))
     log(state, clock, number, _ACT, bank_number, row, 0, 0)
 
 
@@ -56,6 +56,13 @@ def _first_of_window(activates, clock):
 
 
 @inlined_step
+def _set_hit(state, number, requests, slot):
+    """Note the first request of a list that wants the open row."""
+    requests["hit"] = slot
+    requests["hit_key"] = state.waiting[number, slot]["number"]
+
+
+@inlined_step
 def next_hit(state, number, slot, row):
     """The first request from `slot` on in its list that wants the row."""
     while slot != NOBODY and state.waiting[number, slot]["row"] != row:
@@ -63,7 +70,7 @@ def next_hit(state, number, slot, row):
     return slot
 
 
-@step
+@inlined_step
 def precharge(spec, state, clock, number, bank_number):
     """PRE in `clock`."""
     row = state.banks[number, bank_number]["open_row"]
@@ -78,8 +85,8 @@ def _close(spec, state, clock, number, bank_number):
     bank = state.banks[number, bank_number]
     bank["open_row"], bank["closed"] = CLOSED, clock
     raise_to(bank, "act", clock + spec.timing.n_rp)
-    state.lists[number, bank_number, 0]["hit"] = NOBODY
-    state.lists[number, bank_number, 1]["hit"] = NOBODY
+    for kind in range(2):
+        _set_hit(state, number, state.lists[number, bank_number, kind], NOBODY)
 
 
 @step
@@ -116,7 +123,7 @@ def refresh(spec, state, clock, number):
     log(state, clock, number, _REF, 0, 0, 0, 0)
 
 
-@step
+@inlined_step
 def column(spec, state, clock, number, slot):
     """RD or WR of all bursts of the request from `clock` on; it leaves its window. Returns who is answered."""
     timing, channel, request = spec.timing, state.channels[number], state.waiting[number, slot]
@@ -161,10 +168,11 @@ def _leave(spec, state, number, slot):
     """Take the request, which wants the open row, out of its list and window."""
     channel, request = state.channels[number], state.waiting[number, slot]
     requests = state.lists[number, request["bank"], request["is_write"]]
-    requests["hit"] = next_hit(state, number, request["next"], request["row"])
+    _set_hit(state, number, requests, next_hit(state, number, request["next"], request["row"]))
     before = NOBODY
     if requests["first"] == slot:
         requests["first"] = request["next"]
+        requests["first_key"] = state.waiting[number, request["next"]]["number"]
     else:
         before = requests["first"]
         while state.waiting[number, before]["next"] != slot:
@@ -175,7 +183,7 @@ def _leave(spec, state, number, slot):
 
     request["next"] = channel["free"]
     channel["free"] = slot
-    if request["is_write"] == WRITES and spec.num_write_entries > 0:
+    if request["is_write"] == WRITES:
         channel["num_writes"] -= 1
     else:
         channel["num_reads"] -= 1

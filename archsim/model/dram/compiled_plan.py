@@ -1,7 +1,7 @@
 """What a channel of the compiled DRAM does next, and when: the scheduler and the page policy.
 
-A plan holds until a request enters a window or a command issues. Each candidate for a command has the clock in which
-it may issue first; the earliest is planned, and of several the one with the smallest key.
+A plan holds until a command issues or a request enters that overtakes it. The candidate for a command that may issue
+first is planned; of several, column commands come before row commands, and older requests before younger ones.
 """
 
 from __future__ import annotations
@@ -12,8 +12,10 @@ from archsim.model.dram.compiled_state import (
     CLOSE,
     CLOSED,
     COLUMN,
+    NO_KEY,
     NOBODY,
     PLAN_AGAIN,
+    READS,
     REFRESH,
     ROW,
     WRITES,
@@ -21,7 +23,8 @@ from archsim.model.dram.compiled_state import (
 from archsim.model.dram.spec import PagePolicy, Scheduler
 
 _OPEN_PAGE, _TIMEOUT, _FCFS = int(PagePolicy.OPEN), int(PagePolicy.TIMEOUT), int(Scheduler.FCFS)
-_ROW_KEY, _LAST_KEY = 1 << 60, 1 << 61  # column commands first, by age, then row commands by age
+_ROW_BIT, _WAIT_SHIFT = 1 << 40, 41  # of a candidate: column commands first, by age, then row commands by age
+_FAR = 1 << 20  # clocks; whoever must wait longer is looked at again then
 
 
 @inlined_step
@@ -36,10 +39,11 @@ def drains(spec, channel):
     return 1 if channel["num_writes"] >= spec.write_high else 0
 
 
-@step
+@inlined_step
 def plan(spec, state, clock, number):
     """Find out what the channel does next from `clock` on, if nobody enters before."""
     channel = state.channels[number]
+    channel["is_strict"] = 0
     while needs_bus(spec.timing, channel, clock):
         clock += 1
     command, due = PLAN_AGAIN, NEVER
@@ -55,18 +59,43 @@ def plan(spec, state, clock, number):
     channel["plan"], channel["plan_due"] = command, due
 
 
+@step
+def overtakes(spec, state, clock, number, slot):
+    """Whether a request that enters in `clock` changes what the channel does next, or may do so."""
+    channel, request = state.channels[number], state.waiting[number, slot]
+    if spec.num_write_entries > 0 or channel["plan"] == CLOSE:
+        return True
+    if channel["is_strict"] != 0:
+        return False
+    bank, kind = state.banks[number, request["bank"]], request["is_write"]
+    requests = state.lists[number, request["bank"], kind]
+    if bank["open_row"] == request["row"]:
+        if requests["hit"] != slot:
+            return False
+        due = max(clock, _column_due(channel, bank, kind))
+        is_before_row = channel["plan"] == ROW and (
+            channel["plan_bank"] == request["bank"] or due == channel["plan_due"]
+        )
+        return is_before_row or due < channel["plan_due"]
+    if requests["first"] != slot or state.lists[number, request["bank"], 1 - kind]["first"] != NOBODY:
+        return False
+    return max(clock, _row_due(channel, bank)) < channel["plan_due"]
+
+
 @inlined_step
 def needs_bus(timing, channel, clock):
     """Whether a burst of the last request still needs the command bus at `clock`."""
-    return clock <= channel["last_burst"] and (channel["last_burst"] - clock) % timing.n_ccd_l == 0
+    before = channel["last_burst"] - clock
+    return before >= 0 and before % timing.n_ccd_l == 0
 
 
 @inlined_step
 def _command(spec, state, clock, number):
     """The first command that may issue from `clock` on, and when; its bank and request are noted."""
-    first_kind, end_kind, draining = 0, 2, 0
+    channel, draining = state.channels[number], 0
+    first_kind, end_kind = READS, WRITES + 1 if channel["num_writes"] > 0 else READS + 1
     if spec.num_write_entries > 0:
-        draining = drains(spec, state.channels[number])
+        draining = drains(spec, channel)
         first_kind, end_kind = draining, draining + 1
 
     only = NOBODY
@@ -75,10 +104,11 @@ def _command(spec, state, clock, number):
     elif draining == 0:
         only = _out_of_patience(spec, state, clock, number, first_kind, end_kind)
     if only != NOBODY:
+        channel["is_strict"] = 1 if channel["num_reads"] + channel["num_writes"] > 1 else 0
         command, due = _of_one(state, clock, number, only)
     else:
         command, due = _of_all(state, clock, number, first_kind, end_kind)
-        patience_ends = state.channels[number]["patience_ends"]
+        patience_ends = channel["patience_ends"]
         if spec.scheduler != _FCFS and draining == 0 and patience_ends <= due < NEVER:
             command, due = PLAN_AGAIN, patience_ends
     if spec.page_policy != _OPEN_PAGE:
@@ -89,15 +119,12 @@ def _command(spec, state, clock, number):
 @step
 def _oldest(state, number, first_kind, end_kind):
     """The request that entered first, or NOBODY."""
-    oldest = NOBODY
+    oldest, oldest_key = NOBODY, NO_KEY
     for bank_number in range(state.banks.shape[1]):
         for kind in range(first_kind, end_kind):
-            first = state.lists[number, bank_number, kind]["first"]
-            if first != NOBODY and (
-                oldest == NOBODY
-                or state.waiting[number, first]["number"] < state.waiting[number, oldest]["number"]
-            ):
-                oldest = first
+            requests = state.lists[number, bank_number, kind]
+            if requests["first_key"] < oldest_key:
+                oldest, oldest_key = int(requests["first"]), requests["first_key"]
     return oldest
 
 
@@ -141,39 +168,47 @@ def _column_due(channel, bank, kind):
 
 @inlined_step
 def _row_due(channel, bank):
-    """The first clock for the ACT of a closed bank, or the PRE of an open one."""
-    return max(bank["act"], channel["act"]) if bank["open_row"] == CLOSED else bank["pre"]
+    """The first clock for the ACT of a closed bank, or the PRE of an open one, found without a branch."""
+    is_closed = -int(bank["open_row"] == CLOSED)
+    return (max(bank["act"], channel["act"]) & is_closed) | (bank["pre"] & ~is_closed)
 
 
-@step
+@inlined_step
 def _of_all(state, clock, number, first_kind, end_kind):
-    """The first command from `clock` on that any waiting request may have, and when."""
+    """The first command from `clock` on that any waiting request may have, and when.
+
+    A candidate is one integer, so that finding the first one needs no branches: waiting clocks, row or column, age.
+    """
     channel = state.channels[number]
-    best_due, best_key, command, best_bank, best_slot = NEVER, 0, PLAN_AGAIN, 0, NOBODY
+    best, best_bank = NO_KEY, 0
     for bank_number in range(state.banks.shape[1]):
-        bank, oldest, oldest_key, is_wanted = state.banks[number, bank_number], NOBODY, _LAST_KEY, False
+        bank = state.banks[number, bank_number]
+        first, hit, of_bank = NO_KEY, NO_KEY, NO_KEY
         for kind in range(first_kind, end_kind):
             requests = state.lists[number, bank_number, kind]
-            slot = requests["hit"]
-            if slot != NOBODY:
-                is_wanted = True
-                due = max(clock, _column_due(channel, bank, kind))
-                if due <= best_due:
-                    key = state.waiting[number, slot]["number"]
-                    if due < best_due or key < best_key:
-                        best_due, best_key, command = due, key, COLUMN
-                        best_bank, best_slot = bank_number, int(slot)
-            elif requests["first"] != NOBODY:
-                key = _ROW_KEY + state.waiting[number, requests["first"]]["number"]
-                if key < oldest_key:
-                    oldest, oldest_key = int(requests["first"]), key
-        if oldest != NOBODY and not is_wanted:
-            due = max(clock, _row_due(channel, bank))
-            if due < best_due or (due == best_due and oldest_key < best_key):
-                best_due, best_key, command = due, oldest_key, ROW
-                best_bank, best_slot = bank_number, oldest
-    channel["plan_bank"], channel["plan_slot"] = best_bank, best_slot
-    return command, best_due
+            first, hit = min(first, requests["first_key"]), min(hit, requests["hit_key"])
+            wait = min(max(0, _column_due(channel, bank, kind) - clock), _FAR)
+            of_bank = min(of_bank, (wait << _WAIT_SHIFT) + requests["hit_key"])
+        wait = min(max(0, _row_due(channel, bank) - clock), _FAR)
+        row_key = first if hit == NO_KEY else NO_KEY
+        of_bank = min(of_bank, (wait << _WAIT_SHIFT) + _ROW_BIT + row_key)
+        best_bank = bank_number if of_bank < best else best_bank
+        best = min(best, of_bank)
+    if best == NO_KEY:
+        return PLAN_AGAIN, NEVER
+
+    command, wait = ROW if best & _ROW_BIT else COLUMN, best >> _WAIT_SHIFT
+    channel["plan_bank"] = best_bank
+    channel["plan_slot"] = _slot_of(state.lists[number, best_bank], command, best & (_ROW_BIT - 1))
+    return (PLAN_AGAIN if wait == _FAR else command), clock + wait
+
+
+@inlined_step
+def _slot_of(lists, command, key):
+    """The request of a bank with this key, which is the first of its list, or the first hit."""
+    if command == ROW:
+        return lists[READS]["first"] if lists[READS]["first_key"] == key else lists[WRITES]["first"]
+    return lists[READS]["hit"] if lists[READS]["hit_key"] == key else lists[WRITES]["hit"]
 
 
 @step

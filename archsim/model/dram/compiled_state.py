@@ -12,6 +12,7 @@ from archsim.model.dram.spec import DramSpec
 
 CLOSED = -1  # no row is open
 NOBODY = 0  # the slot of no request
+NO_KEY = 1 << 62  # its key; the key of others is the number with which they entered
 NO_REQUESTER = 0  # who wants an answer has a number below 0
 READS, WRITES = 0, 1  # kinds of requests; without a write queue, both wait in the first window
 
@@ -60,16 +61,19 @@ _QUEUED_FIELDS = (
 )
 QUEUED = record(*_QUEUED_FIELDS, indices=("bursts", "is_write"))
 WAITING = record(*_QUEUED_FIELDS, "row", "number", indices=("bursts", "is_write", "bank", "next"))
-LIST = record(indices=("first", "last", "hit"))  # slots; `hit`: the first that wants the open row
+LIST = record(
+    "first_key", "hit_key", indices=("first", "last", "hit")
+)  # slots; `hit`: the first of the open row
 BANK = record(*_BANK_FIELDS)
 CHANNEL = record(
     *_CHANNEL_FIELDS,
     *DRAM_COUNTERS,
     indices=(
         "free",  # first slot that no request uses
-        "num_reads",  # requests in the first window
-        "num_writes",  # requests in the window of the write queue
+        "num_reads",  # reads in the first window
+        "num_writes",  # writes in a window
         "plan",  # COLUMN, ROW ...
+        "is_strict",  # whether it considers the oldest request only
         "plan_bank",
         "plan_slot",  # request that it is for
     ),
@@ -101,6 +105,9 @@ def new_dram(spec: DramSpec, queue_capacity: int, log_capacity: int = 0) -> Dram
     num_slots = 1 + spec.num_queue_entries + spec.num_write_entries
     waiting = np.zeros((spec.num_channels, num_slots), WAITING)
     waiting["next"][:, 1:-1] = np.arange(2, num_slots)
+    waiting["number"][:, NOBODY] = NO_KEY
+    lists = np.zeros((spec.num_channels, spec.num_banks, 2), LIST)
+    lists["first_key"] = lists["hit_key"] = NO_KEY
     banks = np.zeros((spec.num_channels, spec.num_banks), BANK)
     banks["open_row"] = CLOSED
     banks["closed"] = -1
@@ -113,7 +120,7 @@ def new_dram(spec: DramSpec, queue_capacity: int, log_capacity: int = 0) -> Dram
     return DramState(
         queue=new_queues(2 * spec.num_channels, queue_capacity, QUEUED),
         waiting=waiting,
-        lists=np.zeros((spec.num_channels, spec.num_banks, 2), LIST),
+        lists=lists,
         banks=banks,
         activates=np.full((spec.num_channels, ACTIVATES_OF_WINDOW), LONG_AGO, np.int64),
         channels=channels,

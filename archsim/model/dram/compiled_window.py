@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from archsim.model.compiled import NEVER, drop_oldest, inlined_step, num_items, oldest, slot_of, step
 from archsim.model.dram.compiled_commands import field_of
-from archsim.model.dram.compiled_state import CLOSED, NO_REQUESTER, NOBODY, WRITES
+from archsim.model.dram.compiled_plan import overtakes
+from archsim.model.dram.compiled_state import CLOSED, NO_REQUESTER, NOBODY, PLAN_AGAIN, WRITES
 
 
 @inlined_step
@@ -14,22 +15,30 @@ def ring_of(spec, channel, is_write):
 
 
 @inlined_step
+def num_in_window(spec, channel, is_write):
+    """Requests in the window that a request joins."""
+    if spec.num_write_entries == 0:
+        return channel["num_reads"] + channel["num_writes"]
+    return channel["num_writes"] if is_write else channel["num_reads"]
+
+
+@inlined_step
 def next_entry(spec, state, number):
     """The clock in which the next request may enter a window, or NEVER."""
     channel, reads, writes = state.channels[number], number, number + spec.num_channels
     due = NEVER
-    if num_items(state.queue, reads) > 0 and channel["num_reads"] < spec.num_queue_entries:
+    if num_items(state.queue, reads) > 0 and num_in_window(spec, channel, False) < spec.num_queue_entries:
         due = oldest(state.queue, reads)["clock"]
     if num_items(state.queue, writes) > 0 and channel["num_writes"] < spec.num_write_entries:
         due = min(due, oldest(state.queue, writes)["clock"])
     return due
 
 
-@step
+@inlined_step
 def enter(spec, state, clock, number):
     """Let what has come by `clock` into the windows; at a read that can be forwarded, stop and return its requester."""
     channel, reads, writes = state.channels[number], number, number + spec.num_channels
-    while num_items(state.queue, reads) > 0 and channel["num_reads"] < spec.num_queue_entries:
+    while num_items(state.queue, reads) > 0 and num_in_window(spec, channel, False) < spec.num_queue_entries:
         request = oldest(state.queue, reads)
         if request["clock"] > clock:
             break
@@ -39,15 +48,13 @@ def enter(spec, state, clock, number):
             channel["data_beats"] = (clock + 1) * spec.clock_beats
             drop_oldest(state.queue, reads)
             return request["requester"]
-        _take(spec, state, number, request)
-        channel["num_reads"] += 1
+        _take(spec, state, clock, number, request)
         drop_oldest(state.queue, reads)
     while num_items(state.queue, writes) > 0 and channel["num_writes"] < spec.num_write_entries:
         request = oldest(state.queue, writes)
         if request["clock"] > clock:
             break
-        _take(spec, state, number, request)
-        channel["num_writes"] += 1
+        _take(spec, state, clock, number, request)
         drop_oldest(state.queue, writes)
     return NO_REQUESTER
 
@@ -60,7 +67,7 @@ def bank_of(spec, address):
 
 
 @inlined_step
-def _take(spec, state, number, request):
+def _take(spec, state, clock, number, request):
     """Put a request into a free slot and at the end of its bank's list, and count what it finds there."""
     channel = state.channels[number]
     slot = channel["free"]
@@ -78,7 +85,13 @@ def _take(spec, state, number, request):
     waiting["requester"], waiting["bursts"] = request["requester"], request["bursts"]
     waiting["is_write"] = request["is_write"]
     channel["entered"] += 1
+    if request["is_write"] != 0:
+        channel["num_writes"] += 1
+    else:
+        channel["num_reads"] += 1
     _append(state, number, bank_number, slot)
+    if overtakes(spec, state, clock, number, slot):
+        channel["plan"], channel["plan_due"] = PLAN_AGAIN, clock
     _classify(channel, state.banks[number, bank_number]["open_row"], row)
 
 
@@ -88,12 +101,12 @@ def _append(state, number, bank_number, slot):
     waiting = state.waiting[number, slot]
     requests = state.lists[number, bank_number, waiting["is_write"]]
     if requests["first"] == NOBODY:
-        requests["first"] = slot
+        requests["first"], requests["first_key"] = slot, waiting["number"]
     else:
         state.waiting[number, requests["last"]]["next"] = slot
     requests["last"] = slot
     if requests["hit"] == NOBODY and state.banks[number, bank_number]["open_row"] == waiting["row"]:
-        requests["hit"] = slot
+        requests["hit"], requests["hit_key"] = slot, waiting["number"]
 
 
 @inlined_step
