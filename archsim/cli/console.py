@@ -86,7 +86,8 @@ def _matrix(title: str, view: TableView) -> Table:
     table = _table(title)
     table.add_column("")
     for line in view.lines:
-        table.add_column(f"{words(line.column)}\n[{line.unit}]", justify="right")
+        unit = f"\n[{line.unit}]" if line.unit else ""
+        table.add_column(words(line.column) + unit, justify="right", overflow="fold")
     for index, row in enumerate(view.rows):
         cells = [line.cells[index] for line in view.lines]
         table.add_row(words(row), *("" if cell is None else number(cell.ours) for cell in cells))
@@ -98,7 +99,7 @@ def _table(title: str) -> Table:
 
 
 def _quantity(line: Line) -> Text:
-    return Text(f"{words(line.column)} [{line.unit}]")
+    return Text(f"{words(line.column)} [{line.unit}]" if line.unit else words(line.column))
 
 
 def _parts(cell: Cell | None) -> tuple[str, str, Text]:

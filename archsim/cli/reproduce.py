@@ -9,16 +9,16 @@ from types import ModuleType
 
 from archsim.cli.bars import Bars
 from archsim.cli.console import print_tables
-from archsim.cli.run import report_failed_checks, run_files
+from archsim.cli.run import report_failed, run_files
 from archsim.errors import did_you_mean, fail
 from archsim.report.reproduction_page import reproduction_report
 from archsim.report.tables import tables
-from archsim.reproduce import aila2004, johnson2004
+from archsim.reproduce import aila2004, johnson2004, lloyd2007
 from archsim.reproduce.reproduction import Reproduction
 from archsim.run.folder import MANIFEST, as_json, check_target, fill_run, publish
 from archsim.run.manifest import common_manifest
 
-PAPERS: dict[str, ModuleType] = {paper.ID: paper for paper in (johnson2004, aila2004)}
+PAPERS: dict[str, ModuleType] = {paper.ID: paper for paper in (johnson2004, aila2004, lloyd2007)}
 
 
 def reproduce(paper: str, out: Path | None, json_only: bool) -> None:
@@ -39,7 +39,8 @@ def reproduce(paper: str, out: Path | None, json_only: bool) -> None:
     else:
         print_tables(tables(PAPERS[paper].PAPER, reproduction.cells))
         print(f"written to {folder} (open {folder}/report.html)")
-    report_failed_checks(row.result for row in reproduction.rows.values())
+    of_rows = [(row.result.name, check) for row in reproduction.rows.values() for check in row.result.checks]
+    report_failed([*of_rows, *((paper, check) for check in reproduction.checks)])
 
 
 def _fill(folder: Path, paper: str, reproduction: Reproduction, seconds: float) -> None:

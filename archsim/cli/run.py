@@ -20,7 +20,7 @@ from archsim.report.run_page import run_report
 from archsim.run import simulate
 from archsim.run.folder import RunFiles, check_target, result_json, write_run
 from archsim.run.manifest import make_manifest
-from archsim.run.result import Result
+from archsim.run.result import Check, Result
 
 
 def run(config_name: str, overrides: list[str], out: Path | None, as_json: bool) -> None:
@@ -39,7 +39,7 @@ def run(config_name: str, overrides: list[str], out: Path | None, as_json: bool)
     else:
         print_summary(result)
         print(f"written to {folder} (open {folder}/report.html)")
-    report_failed_checks([result])
+    report_failed((result.name, check) for check in result.checks)
 
 
 def run_files(
@@ -54,9 +54,9 @@ def run_files(
     return RunFiles(result, config_yaml, manifest, run_report(result, config_yaml, manifest, set_by))
 
 
-def report_failed_checks(results: Iterable[Result]) -> None:
-    """A law that does not hold is said loudly: on stderr, and by exit code 1."""
-    failed = [(result.name, check) for result in results for check in result.checks if not check.ok]
+def report_failed(checks: Iterable[tuple[str, Check]]) -> None:
+    """A law that does not hold is said loudly, by the name of what was simulated: on stderr, and by exit code 1."""
+    failed = [(name, check) for name, check in checks if not check.ok]
     for name, check in failed:
         print(f"{name}: check failed: {check.name}: {check.detail}", file=sys.stderr)
     if failed:

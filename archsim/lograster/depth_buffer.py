@@ -33,7 +33,7 @@ class Drawn(NamedTuple):
 class DrawCounts(NamedTuple):
     """Sums over all triangles; each row's comment is what is counted."""
 
-    triangles: int  # after clipping, those with an area
+    triangles: int  # after clipping, those that reach a tile
     corner_tests: int  # coarse tests of regions and tiles
     tiles: int  # (triangle, tile) pairs that passed the coarse test
     covered_tiles: int  # of those, with at least one sample inside
@@ -89,12 +89,12 @@ def _draw(vertices, triangles, grid, steep, offset, depth, touched):
             edges = edge_functions(whole_x, whole_y)
             if edges.area == 0:
                 continue
-            num_triangles += 1
             found, tests = coarse(edges, whole_x, whole_y, grid, tiles)
             num_tests += tests
             num_tiles += found
             if found == 0:
                 continue
+            num_triangles += 1
             plane, over = offset_plane(x, y, z, grid, steep, offset)
             if over > 0:
                 num_switches += 1

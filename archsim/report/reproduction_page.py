@@ -44,7 +44,12 @@ def reproduction_report(
             (f"{name}: {shadow_caption(r.shadow)}", shadow_uri(r.shadow)) for name, r in results.items()
         ],
         checks=[
-            check._replace(name=f"{name}: {check.name}") for name, r in results.items() for check in r.checks
+            *(
+                check._replace(name=f"{name}: {check.name}")
+                for name, r in results.items()
+                for check in r.checks
+            ),
+            *reproduction.checks,
         ],
         manifest=manifest,
     )

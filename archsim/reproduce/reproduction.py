@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from archsim.reproduce.cells import Cell
-from archsim.run.result import Result
+from archsim.run.result import Check, Result
 
 
 class Row(NamedTuple):
@@ -29,3 +29,4 @@ class Reproduction(NamedTuple):
     rows: dict[str, Row]
     cells: list[Cell]
     pictures: tuple[Picture, ...] = ()
+    checks: tuple[Check, ...] = ()  # of what was simulated without being a row

@@ -1,0 +1,160 @@
+"""The tile pipeline's work: the same picture as drawing, every item handed on, and bytes by hand."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from archsim import resources
+from archsim.codec.codec import Codec, make_codec
+from archsim.config import load_machine
+from archsim.errors import ArchsimError
+from archsim.lograster.depth_buffer import draw
+from archsim.lograster.grid import make_grid
+from archsim.lograster.offset import OffsetSpec, Switch
+from archsim.lograster.work import COMPRESS, DECOMPRESS, FINE, UNITS, Z_CULL, Target, tile_work
+from archsim.lograster.z_cache import ZCacheSpec, make_z_cache
+from archsim.machine.pipeline.build import pipeline_machine
+from archsim.machine.pipeline.play import play
+from archsim.run.pipeline_metrics import pipeline_checks
+from archsim.trace.records import Op
+
+SMALL = ZCacheSpec(2, 2)
+LLOYD, PLAIN = make_codec(Codec.LLOYD, granularity_bits=128), make_codec(Codec.NONE)
+SQUARE = np.array([(0, 1, 2), (0, 2, 3)], np.int32)
+
+
+def square(depth, slope=0.0):
+    places = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]
+    return np.array([(x, y, depth + slope * x, 1.0) for x, y in places])
+
+
+def soup(seed, num=40):
+    random = np.random.default_rng(seed)
+    vertices = np.concatenate(
+        [random.uniform(-0.3, 1.3, (3 * num, 3)), random.uniform(0.5, 2, (3 * num, 1))], axis=1
+    )
+    return vertices, np.arange(3 * num, dtype=np.int32).reshape(-1, 3)
+
+
+def played(vertices, triangles, target):
+    """All records of each unit, and the buffer."""
+    work, state = tile_work(vertices, triangles, target)
+    chunks = list(work.chunks)
+    return [np.concatenate([chunk[unit].records for chunk in chunks]) for unit in range(len(UNITS))], state
+
+
+def count(records, op):
+    return int((records["op"] == op).sum())
+
+
+@pytest.mark.parametrize("ratio", [1.0, 200.0])
+@pytest.mark.parametrize("codec", [LLOYD, PLAIN])
+def test_the_buffer_is_that_of_drawing(ratio, codec):
+    vertices, triangles = soup(3)
+    grid = make_grid(32, 32, ratio)
+
+    _, state = played(vertices, triangles, Target(grid, codec, SMALL))
+
+    assert np.array_equal(state.depth, draw(vertices, triangles, grid).depth)
+    assert np.array_equal(state.farthest, state.depth.reshape(8, 4, 8, 4).max(axis=(1, 3)).ravel())
+
+
+def test_every_item_is_handed_on():
+    vertices, triangles = soup(4)
+    records, _ = played(vertices, triangles, Target(make_grid(32, 32, 50.0), LLOYD, SMALL))
+
+    for before, after in itertools.pairwise(records):
+        assert count(before, Op.EMIT) == count(after, Op.TAKE)
+    assert count(records[COMPRESS], Op.TAKE) == count(records[COMPRESS], Op.STORE)
+
+
+def test_counts_are_those_of_drawing():
+    vertices, triangles = soup(5)
+    grid = make_grid(32, 32, 50.0)
+    records, _ = played(vertices, triangles, Target(grid, LLOYD, SMALL))
+    drawn = draw(vertices, triangles, grid).counts
+
+    flush = 1
+    assert count(records[FINE], Op.TAKE) == drawn.tiles + flush
+    assert count(records[Z_CULL], Op.TAKE) == drawn.covered_tiles + flush
+
+
+def test_bytes_of_a_square_by_hand():
+    """64 tiles, each touched by one or (on the diagonal, 8 of them) two triangles; all fit the cache; flat
+    tiles compress to 16 bytes.
+    """
+    target = Target(make_grid(32, 32), LLOYD, ZCacheSpec(64, 1))
+    records, state = played(square(0.5), SQUARE, target)
+
+    assert count(records[Z_CULL], Op.TAKE) == 64 + 8 + 1
+    assert count(records[DECOMPRESS], Op.LOAD) == 0  # cleared tiles are not read
+    assert records[COMPRESS]["bytes"].sum() == 64 * 16
+    assert (state.held_bytes == 16).all()
+    plain, _ = played(square(0.5), SQUARE, target._replace(codec=PLAIN))
+    assert plain[COMPRESS]["bytes"].sum() == 64 * 48
+
+
+def test_what_leaves_is_read_back():
+    """A cache of one tile: the second square, nearer, reads every tile that the first left in memory."""
+    both = np.concatenate([square(0.5), square(0.25)])
+    triangles = np.concatenate([SQUARE, SQUARE + 4])
+    records, _ = played(both, triangles, Target(make_grid(32, 32), PLAIN, ZCacheSpec(1, 1)))
+
+    assert count(records[DECOMPRESS], Op.LOAD) == 8 + 64 + 8  # diagonal tiles come twice each time
+    assert count(records[COMPRESS], Op.STORE) == 2 * (64 + 8)
+
+
+def test_hidden_tiles_are_culled_by_the_table():
+    both = np.concatenate([square(0.25), square(0.5)])
+    triangles = np.concatenate([SQUARE, SQUARE + 4])
+    records, _ = played(both, triangles, Target(make_grid(32, 32), LLOYD, SMALL))
+
+    assert count(records[Z_CULL], Op.EMIT) == 64 + 8 + 1  # of the second square none
+
+
+def test_chunks_change_nothing():
+    vertices, triangles = soup(6)
+    target = Target(make_grid(32, 32, 50.0), LLOYD, SMALL)
+    whole, state = played(vertices, triangles, target)
+
+    work, other_state = tile_work(vertices, triangles, target, chunk_tiles=7)
+    chunks = list(work.chunks)
+
+    assert len(chunks) > 5
+    for unit in range(len(UNITS)):
+        assert np.array_equal(np.concatenate([chunk[unit].records for chunk in chunks]), whole[unit])
+    assert np.array_equal(state.held_bytes, other_state.held_bytes)
+
+
+@pytest.mark.parametrize("model", ["reference", "compiled"])
+def test_the_papers_machine_plays_it(model):
+    """Both models; what the units ask for is what the work says, and compression saves bytes but loses no
+    picture.
+    """
+    machine = pipeline_machine(load_machine(resources.config("machines", "lloyd2007")))
+    both = np.concatenate([square(0.5), square(0.25)])
+    triangles = np.concatenate([SQUARE, SQUARE + 4])
+    counters = {}
+    for codec in (LLOYD, PLAIN):
+        work, _ = tile_work(both, triangles, Target(make_grid(32, 32), codec, ZCacheSpec(1, 1)))
+        counters[codec.codec] = play(model, machine, work)
+
+    compressed, plain = counters[LLOYD.codec], counters[PLAIN.codec]
+    assert plain.unit_load_bytes[DECOMPRESS] == (8 + 64 + 8) * 48
+    half_drawn = 16 * 48  # diagonal tiles between their two triangles do not compress
+    assert compressed.unit_load_bytes[DECOMPRESS] == 64 * 16 + half_drawn
+    assert plain.unit_store_bytes[COMPRESS] == 2 * (64 + 8) * 48
+    assert all(check.ok for check in pipeline_checks("maps", machine, compressed))
+    assert compressed.cycles < plain.cycles
+    assert compressed.unit_tasks[FINE] == 2 * (64 + 8) + 1
+
+
+def test_two_planes_are_refused():
+    split = OffsetSpec(1.0, 0.0, int(Switch.SPLIT))
+    with pytest.raises(ArchsimError, match="has to be interpolated"):
+        tile_work(square(0.5), SQUARE, Target(make_grid(8, 8), LLOYD, SMALL, offset=split))
+
+
+def test_a_cache_by_its_size():
+    assert make_z_cache(48 * 64, 4) == ZCacheSpec(16, 4)
