@@ -94,6 +94,7 @@ UNITS = [
     ),
     Measure("loads", "lines", "Lines asked for by LOADs.", lambda view: view.own("unit_loads")),
     Measure("stores", "lines", "Lines asked for by STOREs.", lambda view: view.own("unit_stores")),
+    Measure("clears", "requests", "CLEARs asked for.", lambda view: view.own("unit_clears")),
     Measure("load_bytes", "bytes", "Bytes that the LOADs named.", lambda view: view.own("unit_load_bytes")),
     Measure(
         "store_bytes", "bytes", "Bytes that the STOREs named.", lambda view: view.own("unit_store_bytes")
@@ -167,7 +168,8 @@ def pipeline_checks(phase: str, machine: PipelineMachine, counters: PipelineCoun
     direct = users == DRAM_PARENT
     last = [k for k, cache in enumerate(spec.caches) if cache.parent == DRAM_PARENT]
     fetched = memory.cache_fetches[last].sum()
-    evicted = memory.cache_writebacks_out[last].sum()
+    writes_out = memory.cache_writebacks_out + memory.cache_writethroughs_out
+    evicted = writes_out[last].sum()
     read = counters.unit_loads[direct].sum() + counters.stream_reads.sum() + fetched
     written = counters.unit_stores[direct].sum() + counters.stream_writes.sum() + evicted
     requests = memory.dram_reads + memory.dram_writes
@@ -189,6 +191,8 @@ def pipeline_checks(phase: str, machine: PipelineMachine, counters: PipelineCoun
         laws.append((f"reads of cache {machine.caches[k]}", loads, memory.cache_reads[k]))
         stores = counters.unit_stores[users == k].sum()
         laws.append((f"writes of cache {machine.caches[k]}", stores, memory.cache_writes[k]))
-        evicted = memory.cache_writebacks_out[children].sum()
+        clears = counters.unit_clears[users == k].sum()
+        laws.append((f"clears of cache {machine.caches[k]}", clears, memory.cache_clears[k]))
+        evicted = writes_out[children].sum()
         laws.append((f"write-backs into cache {machine.caches[k]}", evicted, memory.cache_writebacks_in[k]))
     return [equal(f"{phase}: {name}", left, right) for name, left, right in laws]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from archsim.machine.pipeline import accesses, channels
 from archsim.machine.pipeline.state import Machine, State
-from archsim.model.cache.compiled import WRITE
+from archsim.model.cache.compiled import CLEAR, WRITE
 from archsim.model.compiled import inlined_step, step
 from archsim.model.unit import compiled as unit_model
 from archsim.model.unit.compiled import NO_OPERATION
@@ -27,7 +27,7 @@ def _completes(spec, state, cycle, number):
     unit = state.stages.units[number]
     oldest = unit_model.operation_at(state.stages, number, unit["oldest"])
     op = oldest["op"]
-    if op == Op.LOAD:
+    if op == Op.LOAD or op == Op.CLEAR:
         return oldest["unanswered"] == 0 and oldest["address"] >= oldest["end"]
     if cycle < oldest["ready"]:
         return False
@@ -52,7 +52,9 @@ def ask_for_lines(spec: Machine, state: State, cycle, number, position, kind):
     is_write = kind == WRITE
     while operation["address"] < operation["end"] and unit["under_way"] < unit["outstanding"]:
         first = operation["address"]
-        end = min((first | (unit["line_bytes"] - 1)) + 1, operation["end"])
+        end = operation["end"]
+        if kind != CLEAR:
+            end = min((first | (unit["line_bytes"] - 1)) + 1, end)
         access = unit_model.begin_access(state.stages, number, NO_OPERATION if is_write else position)
         where = unit["memory"], first, end - 1
         accesses.ask(spec, state, cycle, number, access, where, kind)
@@ -60,8 +62,11 @@ def ask_for_lines(spec: Machine, state: State, cycle, number, position, kind):
         if is_write:
             unit["stores"] += 1
             unit["store_bytes"] += end - first
+            continue
+        operation["unanswered"] += 1
+        if kind == CLEAR:
+            unit["clears"] += 1
         else:
-            operation["unanswered"] += 1
             unit["loads"] += 1
             unit["load_bytes"] += end - first
     return operation["address"] >= operation["end"]
@@ -72,7 +77,7 @@ def hindrance(state: State, cycle, number):
     """Why the oldest operation in flight has not completed in `cycle`."""
     unit = state.stages.units[number]
     oldest = unit_model.operation_at(state.stages, number, unit["oldest"])
-    if oldest["op"] == Op.LOAD:
+    if oldest["op"] == Op.LOAD or oldest["op"] == Op.CLEAR:
         return Slot.MEMORY
     if cycle < oldest["ready"]:
         return Slot.LATENCY

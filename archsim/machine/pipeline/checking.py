@@ -51,6 +51,8 @@ def _limits(spec: PipelineSpec, unit: int) -> np.ndarray:
     limits[Op.EMIT] = limits[Op.MARK] = len(stage.outputs)
     limits[Op.ACQUIRE] = limits[Op.RELEASE] = len(stage.pools)
     limits[Op.LOAD] = limits[Op.STORE] = 0 if stage.memory == NO_MEMORY else np.iinfo(np.int64).max
+    has_clear_bits = stage.memory >= 0 and spec.caches[stage.memory].clear.block_bytes > 0
+    limits[Op.CLEAR] = np.iinfo(np.int64).max if has_clear_bits else 0
     return limits
 
 
@@ -79,7 +81,7 @@ def _first_wrong(records, limits, item_limits):
             continue
         if address < 0 or address >= limits[op]:
             return i
-        if (op == Op.LOAD or op == Op.STORE) and num_bytes < 1:
+        if (op == Op.LOAD or op == Op.STORE or op == Op.CLEAR) and num_bytes < 1:
             return i
         if op == Op.EMIT and (
             num_bytes > item_limits[address] or (num_bytes < 1) != (item_limits[address] == 0)
@@ -106,11 +108,11 @@ def _why(spec: PipelineSpec, unit: int, records: np.ndarray, wrong: int) -> str:
         return f"{op.name} is an operation of threads"
     if limit == 0:
         return f"{op.name}: the unit has no {_NAMED[op]}"
-    if op in (Op.LOAD, Op.STORE) and address < 0:
+    if op in (Op.LOAD, Op.STORE, Op.CLEAR) and address < 0:
         return f"{op.name} at address {address}: addresses begin at 0"
     if not 0 <= address < limit:
         return f"{op.name} of {_NAMED[op]} {address}: they are numbered from 0 to {limit - 1}"
-    if op in (Op.LOAD, Op.STORE):
+    if op in (Op.LOAD, Op.STORE, Op.CLEAR):
         return f"{op.name} of {num_bytes} bytes"
     largest = int(_item_limits(spec, unit)[address])
     if largest == 0:
@@ -122,6 +124,7 @@ def _why(spec: PipelineSpec, unit: int, records: np.ndarray, wrong: int) -> str:
 _NAMED = {
     Op.LOAD: "memory",
     Op.STORE: "memory",
+    Op.CLEAR: "cache with clear bits",
     Op.TAKE: "input",
     Op.EMIT: "output",
     Op.MARK: "output",

@@ -178,6 +178,7 @@ def _counters(spec: PipelineSpec, state: State) -> PipelineCounters:
         unit_tasks=units["tasks"].copy(),
         unit_loads=units["loads"].copy(),
         unit_stores=units["stores"].copy(),
+        unit_clears=units["clears"].copy(),
         unit_load_bytes=units["load_bytes"].copy(),
         unit_store_bytes=units["store_bytes"].copy(),
         channel_put=put,

@@ -17,6 +17,7 @@ class PipelineCounters(NamedTuple):
     unit_tasks: np.ndarray  # [U] tasks ended
     unit_loads: np.ndarray  # [U] lines asked for by LOADs
     unit_stores: np.ndarray  # [U] lines asked for by STOREs
+    unit_clears: np.ndarray  # [U] CLEARs asked for
     unit_load_bytes: np.ndarray  # [U] bytes that the LOADs named
     unit_store_bytes: np.ndarray  # [U] bytes that the STOREs named
     channel_put: np.ndarray  # [C] items emitted into the channel

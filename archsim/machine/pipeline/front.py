@@ -5,7 +5,7 @@ from __future__ import annotations
 from archsim.machine.pipeline import channels
 from archsim.machine.pipeline.back import ask_for_lines, hindrance
 from archsim.machine.pipeline.state import Machine, State
-from archsim.model.cache.compiled import READ
+from archsim.model.cache.compiled import CLEAR, READ
 from archsim.model.compiled import NEVER, inlined_step, step
 from archsim.model.pool import compiled as pool_model
 from archsim.model.unit import compiled as unit_model
@@ -75,9 +75,10 @@ def _operate(spec, state, cycle, number, work):
         if unit_model.is_full(unit):
             return hindrance(state, cycle, number)
         unit_model.join(state.stages, cycle, number, work)
-    if op == Op.LOAD:
+    if op == Op.LOAD or op == Op.CLEAR:
         unit["is_loading"] = 1
-        if not ask_for_lines(spec, state, cycle, number, unit["next"] - 1, READ):
+        kind = READ if op == Op.LOAD else CLEAR
+        if not ask_for_lines(spec, state, cycle, number, unit["next"] - 1, kind):
             return Slot.MEMORY
         unit["is_loading"] = 0
     return _DONE

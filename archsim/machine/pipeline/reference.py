@@ -139,6 +139,7 @@ class Machine:
             unit_tasks=_array(unit.counts["tasks"] for unit in units),
             unit_loads=_array(unit.counts["loads"] for unit in units),
             unit_stores=_array(unit.counts["stores"] for unit in units),
+            unit_clears=_array(unit.counts["clears"] for unit in units),
             unit_load_bytes=_array(unit.counts["loads_bytes"] for unit in units),
             unit_store_bytes=_array(unit.counts["stores_bytes"] for unit in units),
             channel_put=_array([*(f.put_in.count for f in fifos), *(s.num_put for s in streams)]),

@@ -53,6 +53,7 @@ _UNIT_FIELDS = (
     "tasks",
     "loads",
     "stores",
+    "clears",
     "load_bytes",
     "store_bytes",
 )

@@ -68,6 +68,10 @@ class Source:
             self.idle.clear()
 
 
+_ACCESSES = {Op.LOAD: Kind.READ, Op.STORE: Kind.WRITE, Op.CLEAR: Kind.CLEAR}
+_AHEAD = (Op.LOAD, Op.CLEAR)  # accesses of the front
+
+
 class Channel(Protocol):
     """A fifo or a delay stream, as the units at its ends see it."""
 
@@ -85,7 +89,9 @@ class Operation:
         self.op, self.ready_tick = Op(int(record["op"])), ready_tick
         self.address, self.num_bytes = int(record["address"]), int(record["bytes"])
         self.to_send: deque[tuple[int, int]] = deque()  # address and bytes in one line each
-        if self.op in (Op.LOAD, Op.STORE):
+        if self.op == Op.CLEAR:
+            self.to_send.append((self.address, self.num_bytes))
+        elif self.op in _ACCESSES:
             self.to_send.extend(pieces(self.address, self.num_bytes, line_bytes))
         self.unanswered = len(self.to_send)
 
@@ -123,7 +129,7 @@ class Stage:
         self.busy_until = 0
         self.began = 0  # tick in which the task began
         self.is_opening = True  # whether the task has only taken items and tokens
-        self.loading: Operation | None = None  # the LOAD of which the front has not asked for all lines
+        self.loading: Operation | None = None  # the access of which the front has not asked for all lines
         self.in_flight: deque[Operation] = deque()
         self.under_way = 0  # accesses
 
@@ -192,8 +198,8 @@ class Stage:
             return self._acquire(now, self.pools[number])
 
         self.is_opening = False
-        if op == Op.LOAD:
-            return self._load(now, record)
+        if op in _AHEAD:
+            return self._ask_ahead(now, record)
         if len(self.in_flight) >= self.spec.in_flight:
             return self._hindrance(now)
         self._join(now, record)
@@ -223,12 +229,12 @@ class Stage:
         if self.is_opening:
             self.began = now
 
-    def _load(self, now: int, record: Any) -> Slot | None:
+    def _ask_ahead(self, now: int, record: Any) -> Slot | None:
         if self.loading is None:
             if len(self.in_flight) >= self.spec.in_flight:
                 return self._hindrance(now)
             self.loading = self._join(now, record)
-        if not self._ask(now, Kind.READ, self.loading):
+        if not self._ask(now, self.loading):
             return Slot.MEMORY
         self.loading = None
         return None
@@ -239,9 +245,9 @@ class Stage:
         self.in_flight.append(operation)
         return operation
 
-    def _ask(self, now: int, kind: Kind, operation: Operation) -> bool:
+    def _ask(self, now: int, operation: Operation) -> bool:
         """Whether all lines of the operation are asked for."""
-        name = "loads" if kind is Kind.READ else "stores"
+        kind, name = _ACCESSES[operation.op], f"{operation.op.name.lower()}s"
         while operation.to_send and self.under_way < self.spec.outstanding:
             address, num_bytes = operation.to_send.popleft()
             self.under_way += 1
@@ -257,12 +263,12 @@ class Stage:
 
     def _complete(self, now: int, operation: Operation) -> bool:
         """Whether the oldest operation in flight completes now."""
-        if operation.op == Op.LOAD:
+        if operation.op in _AHEAD:
             return operation.unanswered == 0
         if now < operation.ready_tick:
             return False
         if operation.op == Op.STORE:
-            return self._ask(now, Kind.WRITE, operation)
+            return self._ask(now, operation)
         if operation.op == Op.EMIT:
             return self.outputs[operation.address].put(now, operation.num_bytes)
         if operation.op == Op.MARK:
@@ -274,7 +280,7 @@ class Stage:
     def _hindrance(self, now: int) -> Slot:
         """Why the oldest operation in flight has not completed."""
         oldest = self.in_flight[0]
-        if oldest.op == Op.LOAD:
+        if oldest.op in _AHEAD:
             return Slot.MEMORY
         if now < oldest.ready_tick:
             return Slot.LATENCY

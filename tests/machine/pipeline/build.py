@@ -66,6 +66,10 @@ def load(where: int, num_bytes: int = 4) -> tuple[Op, int, int]:
     return Op.LOAD, where, num_bytes
 
 
+def clear(where: int, num_bytes: int) -> tuple[Op, int, int]:
+    return Op.CLEAR, where, num_bytes
+
+
 def store(where: int, num_bytes: int = 4) -> tuple[Op, int, int]:
     return Op.STORE, where, num_bytes
 

@@ -12,7 +12,7 @@ from archsim.model.delay_stream.spec import DelayStreamSpec, Overflow
 from archsim.model.fifo.spec import FifoSpec
 from archsim.model.pool.spec import PoolSpec
 from archsim.model.unit.spec import NO_MEMORY, StageSpec
-from tests.machine.pipeline.build import UnitTasks, acquire, emit, load, mark, release, store, take
+from tests.machine.pipeline.build import UnitTasks, acquire, clear, emit, load, mark, release, store, take
 from tests.machine.strategies import ACCESS_BYTES, ADDRESS_BYTES, PERIODS, drams, small, trees
 
 LINE_BYTES = 16  # of the DRAM, and of a unit's access to it
@@ -61,7 +61,7 @@ def specs(draw: st.DrawFn) -> PipelineSpec:
     """A chain of two to four units; its last channel may be a delay stream; the first and last may share a pool."""
     ticks, dram_ticks = draw(st.sampled_from(PERIODS))
     tree, _ = draw(trees(1))
-    tree = tuple(cache._replace(line_bytes=LINE_BYTES) for cache in tree) if draw(st.booleans()) else ()
+    tree = tree if draw(st.booleans()) else ()
     num_units = draw(small(4, 2))
     has_pool, has_stream = draw(st.booleans()), draw(st.booleans())
     num_fifos = num_units - 1 - has_stream
@@ -82,13 +82,16 @@ def specs(draw: st.DrawFn) -> PipelineSpec:
 
 
 @st.composite
-def steps_of(draw: st.DrawFn, unit: StageSpec) -> list:
+def steps_of(draw: st.DrawFn, spec: PipelineSpec, unit: StageSpec) -> list:
     """Compute steps and accesses in any order."""
+    accesses = [load, load, store]
+    if unit.memory >= 0 and spec.caches[unit.memory].clear.block_bytes > 0:
+        accesses.append(clear)
     steps: list = []
     for _ in range(draw(st.integers(0, 3))):
         word = draw(st.one_of(st.integers(0, 15), st.integers(0, ADDRESS_BYTES // ACCESS_BYTES - 20)))
         num_bytes = draw(st.sampled_from([1, 4, 16, 40]))
-        access = draw(st.sampled_from([load, load, store]))
+        access = draw(st.sampled_from(accesses))
         is_access = unit.memory != NO_MEMORY and draw(st.booleans())
         steps.append(access(word * ACCESS_BYTES, num_bytes) if is_access else draw(small(5)))
     return steps
@@ -112,7 +115,7 @@ def group_of(draw: st.DrawFn, spec: PipelineSpec, number: int, sizes: list[int])
         steps: list = [take()] if unit.inputs else []
         if unit.pools and number == 0 and place == 0:
             steps.append(acquire())
-        steps += draw(steps_of(unit))
+        steps += draw(steps_of(spec, unit))
         if unit.outputs:
             is_stream = unit.outputs[0] >= len(spec.fifos)
             steps.append(emit(0, size if is_stream else 0))
@@ -120,5 +123,5 @@ def group_of(draw: st.DrawFn, spec: PipelineSpec, number: int, sizes: list[int])
                 steps.append(mark())
         elif unit.pools and place == len(sizes) - 1:
             steps.append(release())
-        tasks.append(steps + draw(steps_of(unit)))
+        tasks.append(steps + draw(steps_of(spec, unit)))
     return tasks

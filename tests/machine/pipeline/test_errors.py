@@ -7,11 +7,13 @@ from archsim.errors import ArchsimError, DeadlockError
 from archsim.model.pool.spec import PoolSpec
 from archsim.trace.records import RECORD, Op, Tasks
 from archsim.trace.stream import PipelineWork
+from tests.machine.build import CACHE
 from tests.machine.pipeline.build import (
     UNIT,
     acquire,
     both_models,
     chain,
+    clear,
     delayed,
     emit,
     load,
@@ -62,6 +64,15 @@ def test_items_that_do_not_fit_a_delay_stream(simulate, size):
 
     assert (
         what == f"unit a: EMIT of {size} bytes to output 0: a delay stream that holds items of 1 to 32 bytes"
+    )
+
+
+def test_a_cache_without_clear_bits(simulate):
+    spec = machine(UNIT._replace(memory=0), caches=(CACHE,))
+
+    assert (
+        refused(simulate, spec, work([[clear(0, 8)]]))
+        == "unit a: CLEAR: the unit has no cache with clear bits"
     )
 
 

@@ -2,6 +2,7 @@
 
 import pytest
 
+from archsim.model.cache.spec import ClearSpec
 from archsim.model.fifo.spec import FifoSpec
 from archsim.model.pool.spec import PoolSpec
 from archsim.model.unit.spec import Slot
@@ -11,6 +12,7 @@ from tests.machine.pipeline.build import (
     acquire,
     both_models,
     chain,
+    clear,
     emit,
     load,
     machine,
@@ -148,6 +150,16 @@ def test_a_unit_misses_and_hits_in_its_cache(simulate):
     assert counters.cycles == 40 + 3
     memory = counters.memory
     assert (memory.cache_misses[0], memory.cache_merges[0], memory.cache_hits[0]) == (1, 1, 1)
+
+
+def test_what_a_unit_clears_it_need_not_fetch(simulate):
+    """The CLEAR is answered at 3, the load behind it, looked up in cycle 1, at 4."""
+    cache = CACHE._replace(hit_cycles=3, num_ports=1, clear=ClearSpec(8, 0, 8, 0))
+    counters = simulate(machine(UNIT._replace(memory=0), caches=(cache,)), work([[clear(0, 64), load(8)]]))
+
+    assert counters.cycles == 1 + 3
+    assert (counters.unit_clears[0], counters.unit_loads[0]) == (1, 1)
+    assert (counters.memory.cache_clears[0], counters.memory.cache_fetches[0]) == (1, 0)
 
 
 @pytest.mark.parametrize(("tokens", "cycles"), [(1, 2 * 13 + 12), (2, 2 + 3 * 9 + 1)])
