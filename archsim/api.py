@@ -13,7 +13,7 @@ import pandas as pd
 
 from archsim.cli.configs import find_run
 from archsim.cli.reproduce import PAPERS
-from archsim.config import RunConfig, load_run, resolved_yaml
+from archsim.config import RunConfig, SweepConfig, load_run, load_sweep, resolved_yaml
 from archsim.errors import did_you_mean, fail
 from archsim.report.comparison_page import comparison_report
 from archsim.report.run_page import run_report
@@ -27,7 +27,6 @@ from archsim.run.result import Result
 from archsim.sweep.analysis import finished, pareto_front, sensitivity
 from archsim.sweep.expand import overrides as override_texts
 from archsim.sweep.plan import make_plan
-from archsim.sweep.spec import SweepConfig, load_sweep
 from archsim.sweep.start import find_sweep, run_path, run_sweep
 from archsim.sweep.store import INDEX, check_folder, write_whole
 from archsim.sweep.table import load_table, metrics_of, parameters_of, write_table

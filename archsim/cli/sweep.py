@@ -13,13 +13,13 @@ from rich.table import Table
 
 from archsim.cli.edge import FAILED_CHECK
 from archsim.cli.watch import LiveTable
+from archsim.config import load_sweep
 from archsim.errors import fail
 from archsim.report.formats import number
 from archsim.report.sweep_page import sweep_report
 from archsim.sweep.analysis import finished, knee, pareto_front, sensitivity
 from archsim.sweep.conduct import Tally
 from archsim.sweep.plan import Point, make_plan, shard
-from archsim.sweep.spec import load_sweep
 from archsim.sweep.start import find_sweep, run_path, run_sweep
 from archsim.sweep.store import check_folder, read_index, write_whole
 from archsim.sweep.table import load_table, metrics_of, parameters_of, write_table

@@ -7,6 +7,7 @@ from archsim.config.load import (
     load_run,
     load_run_with_origins,
     load_scene,
+    load_sweep,
     load_walkthrough,
     load_workload,
     resolved_yaml,
@@ -14,6 +15,7 @@ from archsim.config.load import (
 from archsim.config.machine import MachineConfig
 from archsim.config.run import RunConfig
 from archsim.config.scene import SceneConfig
+from archsim.config.sweep import SweepConfig
 from archsim.config.walkthrough import WalkthroughConfig
 from archsim.config.workload import DrawnIzbConfig, GridConfig, IzbConfig, WorkloadConfig
 
@@ -25,6 +27,7 @@ __all__ = [
     "MachineConfig",
     "RunConfig",
     "SceneConfig",
+    "SweepConfig",
     "WalkthroughConfig",
     "WorkloadConfig",
     "load_any",
@@ -32,6 +35,7 @@ __all__ = [
     "load_run",
     "load_run_with_origins",
     "load_scene",
+    "load_sweep",
     "load_walkthrough",
     "load_workload",
     "resolved_yaml",

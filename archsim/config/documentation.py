@@ -22,6 +22,7 @@ from archsim.config.load import SECTIONS
 from archsim.config.machine import MachineConfig
 from archsim.config.run import RunConfig
 from archsim.config.scene import SceneConfig
+from archsim.config.sweep import SweepConfig
 from archsim.config.workload import WorkloadFile
 from archsim.errors import did_you_mean, fail
 
@@ -30,6 +31,7 @@ PARTS: dict[str, type[BaseModel]] = {
     "machine": MachineConfig,
     "scene": SceneConfig,
     "workload": WorkloadFile,
+    "sweep": SweepConfig,
 }
 
 

@@ -16,6 +16,7 @@ from archsim.config.inheritance import is_file, load_tree, put, similar_file
 from archsim.config.machine import MachineConfig
 from archsim.config.run import RunConfig
 from archsim.config.scene import MESH_SUFFIXES, SceneConfig
+from archsim.config.sweep import SweepConfig
 from archsim.config.validation import in_order, node_at, validate
 from archsim.config.walkthrough import WalkthroughConfig
 from archsim.config.workload import GridConfig, WorkloadFile
@@ -70,11 +71,16 @@ def load_walkthrough(path: str | Path, overrides: Iterable[str] = ()) -> Walkthr
     return _checked(WalkthroughConfig, *_with_mesh(tree, ("scene", "mesh")))
 
 
+def load_sweep(path: str | Path, overrides: Iterable[str] = ()) -> SweepConfig:
+    """The sweep that a file describes. Raises ArchsimError."""
+    return _checked(SweepConfig, load_tree(path, overrides), [])
+
+
 def load_any(path: str | Path, overrides: Iterable[str] = ()) -> BaseModel:
-    """The run, or the part of one, that a file describes; its keys tell which. Raises ArchsimError."""
+    """The run, the part of one, or the sweep that a file describes; its keys tell which. Raises ArchsimError."""
     tree = load_tree(path, overrides)
     keys = set(tree.value) if isinstance(tree.value, dict) else set()
-    parts = {"components": load_machine, "mesh": load_scene, "kind": load_workload}
+    parts = {"components": load_machine, "mesh": load_scene, "kind": load_workload, "parameters": load_sweep}
     load = next((load for key, load in parts.items() if key in keys), load_run)
     return load(path, overrides)
 

@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from archsim.config.document import parse
+from archsim.config.sweep import BlockConfig, RandomConfig, RangeConfig, SweepConfig
 from archsim.errors import ArchsimError, Location, fail
-from archsim.sweep.spec import BlockConfig, RandomConfig, RangeConfig, SweepConfig
 
 MAX_POINTS = 100_000
 

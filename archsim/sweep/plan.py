@@ -9,12 +9,12 @@ from typing import Any, NamedTuple
 
 from archsim import resources
 from archsim.config import RunConfig, SceneConfig, load_run
+from archsim.config.sweep import SweepConfig
 from archsim.errors import ArchsimError, fail
 from archsim.jit import code_digest
 from archsim.run.kinds import kind_of
 from archsim.scene.scene import digest, load_scene
 from archsim.sweep.expand import Parameters, command, expand, overrides
-from archsim.sweep.spec import SweepConfig
 
 _WITHOUT_EFFECT = frozenset(
     {"report", "reproduce", "cli", "sweep", "api.py", "__init__.py"}

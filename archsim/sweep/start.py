@@ -6,10 +6,10 @@ from pathlib import Path
 
 from archsim import resources
 from archsim.config.inheritance import find_file
+from archsim.config.sweep import SweepConfig
 from archsim.errors import did_you_mean, fail
 from archsim.sweep.conduct import Tally, conduct
 from archsim.sweep.plan import Point
-from archsim.sweep.spec import SweepConfig
 from archsim.sweep.store import Index, IndexEntry, only_one, write_index
 from archsim.sweep.watch import Watch
 from archsim.sweep.workers import Workers

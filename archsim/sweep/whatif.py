@@ -13,9 +13,9 @@ from archsim.config import RunConfig
 from archsim.config.components import CacheConfig, CoreConfig, LocksConfig, UnitConfig
 from archsim.config.dram import DramConfig, IdealDramConfig
 from archsim.config.machine import MachineConfig
+from archsim.config.sweep import SweepConfig
 from archsim.errors import fail
 from archsim.sweep.expand import flow
-from archsim.sweep.spec import SweepConfig
 from archsim.units import format_bytes
 
 _PLENTY = 1024  # MSHRs, targets and ports that nobody can use up

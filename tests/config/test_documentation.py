@@ -17,6 +17,7 @@ from archsim.config.documentation import (
 )
 from archsim.config.run import RunConfig
 from archsim.config.section import Section
+from archsim.config.sweep import SweepConfig
 from archsim.errors import ArchsimError
 from archsim.units import Bytes
 
@@ -37,7 +38,11 @@ class Sample(Section):
     third: str
 
 
-@pytest.mark.parametrize("section", sections_below(RunConfig), ids=lambda section: section.__name__)
+@pytest.mark.parametrize(
+    "section",
+    [*sections_below(RunConfig), *sections_below(SweepConfig)],
+    ids=lambda section: section.__name__,
+)
 def test_every_key_has_a_comment(section):
     assert set(section.model_fields) == set(field_comments(section))
 

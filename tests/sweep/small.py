@@ -2,8 +2,8 @@
 
 from collections.abc import Callable
 
+from archsim.config.sweep import SweepConfig
 from archsim.sweep.job import RenderJob, perform
-from archsim.sweep.spec import SweepConfig
 from archsim.sweep.workers import OwnProcess
 
 SWEEP = {

@@ -6,10 +6,10 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from archsim.config import load_sweep
 from archsim.config.document import parse
 from archsim.errors import ArchsimError, Location
 from archsim.sweep.expand import command, expand, flow, overrides, paths
-from archsim.sweep.spec import load_sweep
 from tests.config.conftest import problems, write  # noqa: F401
 from tests.sweep.small import sweep
 

@@ -3,9 +3,9 @@
 import pytest
 
 from archsim import resources
+from archsim.config import load_sweep
 from archsim.errors import ArchsimError
 from archsim.sweep.plan import make_plan, shard
-from archsim.sweep.spec import load_sweep
 from tests.sweep.small import sweep
 
 

@@ -1,16 +1,12 @@
-"""What a sweep's file says: the run it starts from, and blocks of parameters."""
+"""The sweep section: the run that a sweep starts from, and blocks of parameters."""
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from archsim.config.inheritance import load_tree
 from archsim.config.section import Finding, Name, Section, report
-from archsim.config.validation import validate
-from archsim.errors import ArchsimError
 
 KINDS = ("grid", "zip", "list", "random")
 
@@ -86,11 +82,3 @@ class SweepConfig(Section):
     ]  # blocks
     seeds: Annotated[int, Field(ge=1, le=1000)] = 1  # every point this often, with seeds 0, 1, 2 ...
     metrics: Annotated[tuple[str, ...], Field(strict=False)] = ()  # statistics to minimise; () for all cycles
-
-
-def load_sweep(path: str | Path) -> SweepConfig:
-    """The sweep that a file describes. Raises ArchsimError."""
-    section, problems = validate(SweepConfig, load_tree(path, ()))
-    if section is None:
-        raise ArchsimError(problems)
-    return section
