@@ -59,10 +59,10 @@ class IzbMemory(NamedTuple):
 def lay_out(grid: Grid, tiles: PixelTiles, order: np.ndarray, storage: Storage = LISTS) -> IzbMemory:
     """Memory with cleared heads and stencil and with the depths of `tiles` in place; tiles are built in `order`.
 
-    Clearing costs are not part of the build phase ([Johnson04] sec. 6).
+    Clearing costs are not part of the build phase ([Johnson04] sec. 6); `izb_clear.py` has them.
     """
     node_of_sample, sample_of_node = _places(tiles, order, storage.pool_threads)
-    first_pair = _ceil_div(grid.num_logical_cells * WORD, PAIR)
+    first_pair = _ceil_div(grid.num_logical_cells * WORD, NODE) * NODE // PAIR
     first_node = max(1, _ceil_div(grid.num_physical_cells * WORD, NODE))
     num_pixels = tiles.reciprocal_depth.size
     num_nodes = len(sample_of_node)

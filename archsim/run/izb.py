@@ -12,7 +12,7 @@ from archsim.machine.counters import Counters, added, no_counters
 from archsim.machine.play import play
 from archsim.run.izb_picture import Emitted, Picture, ViewLaws, compose, find
 from archsim.run.izb_rendered import RenderedIzb
-from archsim.run.izb_statistics import BUILD, RASTER, paper_ratios, summary
+from archsim.run.izb_statistics import BUILD, CLEAR, RASTER, paper_ratios, summary
 from archsim.run.izb_subject import subject_of
 from archsim.run.izb_work import check_machine, prepare, replay
 from archsim.run.metrics import phase_checks, phase_statistics
@@ -33,6 +33,7 @@ class Machines(NamedTuple):
 class Played(NamedTuple):
     """One light view's phases, played."""
 
+    clear: Counters
     build: Counters
     raster: Counters
     num_built: int  # instructions that the kernels executed
@@ -47,7 +48,7 @@ def simulate_izb(config: RunConfig, progress: Progress) -> Result:
     for view in views:
         check_machine(machines.build, view.needed_bytes)
         emitted = Emitted([], [])
-        played.append(_play(view.build, partial(view.raster, emitted.take), machines, progress))
+        played.append(_play((view.clear, view.build, partial(view.raster, emitted.take)), machines, progress))
         found.append(find(view, emitted))
     laws = [each.laws for each in found]
     return _result(config.name, compose(subject, views, found), (laws, played), machines)
@@ -59,9 +60,10 @@ def replay_izb(config: RunConfig, rendered: RenderedIzb, progress: Progress) -> 
     played = []
     for view in rendered.views:
         check_machine(machines.build, view.needed_bytes)
+        clear = partial(replay, view, CLEAR, machines.build.spec)
         build = partial(replay, view, BUILD, machines.build.spec)
         raster = partial(replay, view, RASTER, machines.raster.spec)
-        played.append(_play(build, raster, machines, progress))
+        played.append(_play((clear, build, raster), machines, progress))
     return _result(config.name, rendered.picture, (rendered.laws, played), machines)
 
 
@@ -71,13 +73,16 @@ def machines_of(config: RunConfig) -> Machines:
     return Machines(build, raster, config.model)
 
 
-def _play(
-    build: Callable[[], Work], raster: Callable[[], Work], machines: Machines, progress: Progress
-) -> Played:
-    """Both phases of one light view, the second one made when the first one is over."""
+Phases = tuple[Callable[[], Work], Callable[[], Work], Callable[[], Work]]  # clear, build, raster
+
+
+def _play(phases: Phases, machines: Machines, progress: Progress) -> Played:
+    """The phases of one light view, each made when the one before is over; the build's processors clear."""
+    clear, build, raster = phases
+    cleared, _ = _phase(machines.build, clear(), (CLEAR, machines.model, progress))
     built, num_built = _phase(machines.build, build(), (BUILD, machines.model, progress))
     rastered, num_rastered = _phase(machines.raster, raster(), (RASTER, machines.model, progress))
-    return Played(built, rastered, num_built, num_rastered)
+    return Played(cleared, built, rastered, num_built, num_rastered)
 
 
 def _phase(machine: PhaseMachine, work: Work, how: tuple[str, str, Progress]) -> tuple[Counters, int]:
@@ -102,15 +107,18 @@ def _result(
 ) -> Result:
     """All light views together as one result."""
     played = views[1]
+    clear = reduce(added, (face.clear for face in played), no_counters(machines.build.spec))
     build = reduce(added, (face.build for face in played), no_counters(machines.build.spec))
     raster = reduce(added, (face.raster for face in played), no_counters(machines.raster.spec))
     checks = [
         *_view_checks(*views),
+        *phase_checks(CLEAR, machines.build, clear),
         *phase_checks(BUILD, machines.build, build),
         *phase_checks(RASTER, machines.raster, raster),
     ]
     statistics = [
         *picture.statistics,
+        *phase_statistics(CLEAR, machines.build, clear),
         *phase_statistics(BUILD, machines.build, build),
         *phase_statistics(RASTER, machines.raster, raster),
         *paper_ratios(picture.workload, build, raster),

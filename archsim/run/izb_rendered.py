@@ -48,9 +48,10 @@ def render(config: RunConfig) -> RenderedIzb:
 def save(rendered: RenderedIzb, folder: Path) -> None:
     """Write into an empty folder; the work as plain arrays, so that it need not be read as a whole."""
     for number, view in enumerate(rendered.views):
+        _save_tasks(folder / f"view{number}_clear", view.clear)
         _save_tasks(folder / f"view{number}_build", view.build)
         _save_tasks(folder / f"view{number}_raster", view.raster)
-    bare = [view._replace(build=[], raster=[]) for view in rendered.views]
+    bare = [view._replace(clear=[], build=[], raster=[]) for view in rendered.views]
     (folder / "rendered.pickle").write_bytes(pickle.dumps(rendered._replace(views=bare)))
 
 
@@ -59,6 +60,7 @@ def load(folder: Path) -> RenderedIzb:
     rendered: RenderedIzb = pickle.loads((folder / "rendered.pickle").read_bytes())
     views = [
         view._replace(
+            clear=_load_tasks(folder / f"view{number}_clear"),
             build=_load_tasks(folder / f"view{number}_build"),
             raster=_load_tasks(folder / f"view{number}_raster"),
         )

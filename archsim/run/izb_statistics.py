@@ -12,7 +12,7 @@ from archsim.run.measure import Measure, measured, ratio
 from archsim.run.result import Check, Statistic
 from archsim.shadow.workload import IzbWorkload
 
-BUILD, RASTER = "izb_build", "izb_raster"
+CLEAR, BUILD, RASTER = "izb_clear", "izb_build", "izb_raster"
 
 
 class WorkloadView(NamedTuple):

@@ -10,12 +10,13 @@ from archsim.config import GridConfig, RunConfig
 from archsim.errors import ArchsimError, Problem, fail
 from archsim.execute import izb_memory
 from archsim.execute.izb_build import build_work, tile_order
+from archsim.execute.izb_clear import clear_work
 from archsim.execute.izb_memory import IzbMemory, Storage, Structure
 from archsim.execute.izb_raster import Output, raster_work
 from archsim.isa.program import NUM_LOCKS
 from archsim.machine.build import PhaseMachine, phase_machine
 from archsim.machine.spec import MachineSpec
-from archsim.run.izb_statistics import BUILD
+from archsim.run.izb_statistics import BUILD, CLEAR, RASTER
 from archsim.run.izb_subject import Subject, grid_of, subject_of
 from archsim.shadow.grid import Grid
 from archsim.shadow.plain import FacePlan, grid_fragments
@@ -34,6 +35,10 @@ class LightViewWork(NamedTuple):
         int | None
     )  # build threads that tiles are dealt to in blocks, or nodes from a pool; None: any
 
+    def clear(self) -> Work:
+        """What comes before the build phase."""
+        return clear_work(self.memory, self.grid)
+
     def build(self) -> Work:
         """The build phase. The lists are in memory when it has been drawn to its end."""
         return build_work(self.memory, self.grid, self.plan.tiles, self.plan.transform, self.tiles)
@@ -45,8 +50,9 @@ class LightViewWork(NamedTuple):
 
     def recorded(self, output: Output = lambda samples, depths: None) -> Recorded:
         """Both phases, executed and kept."""
-        build = list(self.build().chunks)
-        return Recorded(build, list(self.raster(output).chunks), self.for_threads, self.needed_bytes)
+        cleared, build = list(self.clear().chunks), list(self.build().chunks)
+        raster = list(self.raster(output).chunks)
+        return Recorded(cleared, build, raster, self.for_threads, self.needed_bytes)
 
     @property
     def needed_bytes(self) -> int:
@@ -56,8 +62,9 @@ class LightViewWork(NamedTuple):
 
 
 class Recorded(NamedTuple):
-    """Both phases of one light view. All of it is in memory: 16 bytes a record."""
+    """The phases of one light view. All of it is in memory: 16 bytes a record."""
 
+    clear: list[Tasks]
     build: list[Tasks]
     raster: list[Tasks]
     for_threads: int | None  # as in LightViewWork
@@ -99,7 +106,7 @@ def replay(work: Recorded, phase: str, spec: MachineSpec) -> Work:
     num_threads = spec.core.num_cores * spec.core.num_threads
     if phase == BUILD and work.for_threads not in (None, num_threads):
         raise fail(f"tiles or nodes were dealt to {work.for_threads} threads, the machine has {num_threads}")
-    chunks = work.build if phase == BUILD else work.raster
+    chunks = {CLEAR: work.clear, BUILD: work.build, RASTER: work.raster}[phase]
     return Work(sum(tasks.num_tasks for tasks in chunks), iter(chunks))
 
 

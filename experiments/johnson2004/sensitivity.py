@@ -42,7 +42,7 @@ MACHINES = {
 }
 PICTURES = {
     "tiles in blocks": ["workload.tile_order=block"],
-    "pixels in scan lines": ["workload.pixel_tile=[320, 1]", "workload.patch=[320, 64]"],
+    "pixels in scan lines": ["workload.pixel_tile=[64, 1]"],
     "pixel tiles of 16 x 16": ["workload.pixel_tile=[16, 16]"],
     "grid tiles of 1 x 1: row by row": ["workload.grid_tile=[1, 1]"],
     "grid tiles of 16 x 16": ["workload.grid_tile=[16, 16]"],
@@ -72,7 +72,7 @@ def main() -> None:
 
 def suitable(row: str, overrides: list[str]) -> list[str]:
     """The overrides that a row's kind of workload knows."""
-    only_drawn = ("workload.patch", "workload.triangle_order")
+    only_drawn = "workload.triangle_order"
     return [each for each in overrides if row.startswith(DRAWN) or not each.startswith(only_drawn)]
 
 

@@ -6,6 +6,7 @@ import pytest
 from archsim.errors import ArchsimError
 from archsim.execute import izb_memory
 from archsim.execute.izb_build import build_work, tile_order
+from archsim.execute.izb_clear import clear_work
 from archsim.execute.izb_memory import LISTS, Storage, Structure
 from archsim.execute.izb_raster import raster_work
 from archsim.raster.eye_view import eye_view
@@ -143,3 +144,20 @@ def test_fewer_locks_are_shared():
     locking = np.isin(records["op"], [Op.LOCK, Op.UNLOCK])
     assert set(records["address"][locking].tolist()) == {0, 1}
     assert records["address"][~locking].max() > 1
+
+
+def test_clearing_touches_heads_and_stencil_and_nothing_else():
+    scene = soup(1, 30)
+    seen = eye_view(scene.mesh, scene.camera, scene.width, scene.height)
+    grid = Grid(10, 5, 8, 8, 2, 1)  # 50 words of stencil: the last element is not full
+    (plan,) = plan_faces(scene, seen, scene.lights[0], Method(grid, (4, 4), 0.0))[:1]
+    memory = izb_memory.lay_out(grid, plan.tiles, np.arange(len(plan.tiles.origins)))
+    before = memory.words.copy()
+    memory.words[:50] = 7
+    first_head = memory.windows[1].base // 4
+    memory.words[first_head : first_head + 64] = 7
+
+    (tasks,) = clear_work(memory, grid).chunks
+
+    np.testing.assert_array_equal(memory.words, before)
+    assert (tasks.records["op"] == Op.STORE).sum() == 13 + 16
