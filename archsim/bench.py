@@ -1,4 +1,4 @@
-"""How fast this computer simulates: both phases of an irregular shadow map, kernels, timing and caches apart."""
+"""How fast this computer simulates: kernels, timing and caches of an irregular shadow map, and a DRAM alone."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import resource
 import sys
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,6 +14,8 @@ import numpy as np
 from archsim.config import RunConfig, load_run
 from archsim.machine.build import PhaseMachine, phase_machine
 from archsim.machine.compiled import simulate
+from archsim.machine.dram_alone.compiled import simulate as serve
+from archsim.machine.dram_alone.stream import Requests
 from archsim.machine.entry import path_from
 from archsim.model.cache.functional import new_chain, replay
 from archsim.run.izb_subject import subject_of
@@ -24,8 +27,10 @@ from archsim.trace.stream import Work
 RUN = "runs/izb_bloodprison_light0.yaml"
 OVERRIDES = ("scene.resolution=[640, 512]",)
 CACHE_REPLAY = "cache.replay"
+DRAM_RANDOM, DRAM_SEQUENTIAL = "dram.random", "dram.sequential"
+DRAM_REQUESTS = 500_000
 REPETITIONS = 3  # the fastest counts: other work on the computer only ever slows one down
-UNITS = {CACHE_REPLAY: "accesses/s"}
+UNITS = {CACHE_REPLAY: "accesses/s", DRAM_RANDOM: "requests/s", DRAM_SEQUENTIAL: "requests/s"}
 _MEBIBYTE = 2**20
 
 
@@ -62,7 +67,8 @@ def _speeds(config: RunConfig) -> dict[str, float]:
         found, chunks = _phase(phase_machine(config.machine, phase), work())
         speeds |= {f"{phase}.{what}": speed for what, speed in found.items()}
         accesses += [_accesses(tasks.records) for tasks in chunks]
-    return speeds | {CACHE_REPLAY: _cache_replay(config, np.concatenate(accesses))}
+    speeds[CACHE_REPLAY] = _cache_replay(config, np.concatenate(accesses))
+    return speeds | _dram_alone(config)
 
 
 def _phase(machine: PhaseMachine, work: Work) -> tuple[dict[str, float], list[Tasks]]:
@@ -85,6 +91,24 @@ def _cache_replay(config: RunConfig, accesses: np.ndarray) -> float:
     addresses, sizes = accesses["address"].copy(), accesses["bytes"].astype(np.int64)
     _, seconds = _timed(lambda: replay(chain, addresses, sizes, accesses["op"] == Op.STORE))
     return len(accesses) / seconds
+
+
+def _dram_alone(config: RunConfig) -> dict[str, float]:
+    """Read requests a second of the machine's DRAM, each as soon as there is room for it."""
+    machine = phase_machine(config.machine, "izb_build")
+    line_bytes = machine.spec.caches[-1].line_bytes
+    num_lines = machine.dram_bytes // line_bytes
+    streams = {
+        DRAM_RANDOM: np.random.default_rng(config.seed).integers(0, num_lines, DRAM_REQUESTS),
+        DRAM_SEQUENTIAL: np.arange(DRAM_REQUESTS) % num_lines,
+    }
+    speeds = {}
+    for name, lines in streams.items():
+        nothing = np.zeros(DRAM_REQUESTS, np.int64)
+        requests = Requests(lines * line_bytes, nothing.astype(np.bool_), nothing)
+        _, seconds = _timed(partial(serve, machine.spec.dram, line_bytes, [requests]))
+        speeds[name] = DRAM_REQUESTS / seconds
+    return speeds
 
 
 def _timed(action: Callable[[], Any]) -> tuple[Any, float]:

@@ -103,3 +103,19 @@ def _check_dram(
     from archsim.cli.command_trace import check_dram
 
     check_dram(file, machine, dram, overrides or [], as_json)
+
+
+@trace_app.command("record-dram")
+@at_the_edge
+def _record_dram(
+    run: Annotated[str, typer.Argument(metavar="RUN", help="A run's YAML file, or a packaged run's name.")],
+    out: Annotated[Path, typer.Option("--out", metavar="FILE", help="The command trace to be written.")],
+    phase: Annotated[
+        str, typer.Option("--phase", metavar="NAME", help="izb_build or izb_raster.")
+    ] = "izb_build",
+    overrides: Overrides = None,
+) -> None:
+    """Play a phase of a run and write every command of its DRAM: clock,channel,command,bank,row,column."""
+    from archsim.cli.command_trace import record_dram
+
+    record_dram(run, overrides or [], phase, out)

@@ -29,11 +29,11 @@ from archsim.model.cache.compiled import (
     new_caches,
 )
 from archsim.model.cache.spec import DRAM_PARENT, CacheSpec
-from archsim.model.compiled import NEVER, grown, integers, new_queues
+from archsim.model.compiled import NEVER, QueueState, grown, integers, new_queues
 from archsim.model.core.compiled import NO_TASK, new_cores
 from archsim.model.core.spec import TaskOrder
-from archsim.model.dram.commands import DRAM_COUNTERS
-from archsim.model.dram.compiled import DramState, new_dram
+from archsim.model.dram.commands import DRAM_COUNTERS, CommandSink
+from archsim.model.dram.compiled import DramState, new_dram, recording, take_log
 from archsim.model.dram.spec import DramSpec
 from archsim.model.fifo.compiled import new_fifo
 from archsim.model.locks.compiled import new_locks
@@ -44,10 +44,17 @@ from archsim.trace.stream import Work
 Progress = Callable[[int, int], Any]  # called with the tasks finished and all tasks
 
 
-def simulate(spec: MachineSpec, work: Work, progress: Progress | None = None) -> Counters:
-    """Play the work to its end and to the last request's. ArchsimError for work that cannot be played."""
+def simulate(
+    spec: MachineSpec, work: Work, progress: Progress | None = None, sink: CommandSink | None = None
+) -> Counters:
+    """Play the work to its end and to the last request's; the DRAM's commands go to `sink`.
+
+    Raises ArchsimError for work that cannot be played.
+    """
     machine = _machine(spec)
     state = _initial_state(spec, machine, work.num_tasks)
+    if sink is not None:
+        state = state._replace(dram=recording(state.dram))
     if work.num_tasks == 0:
         return _counters(spec, state)
 
@@ -58,7 +65,9 @@ def simulate(spec: MachineSpec, work: Work, progress: Progress | None = None) ->
                 progress(int(state.run[0]["finished"]), work.num_tasks)
             state = _with_next_chunk(spec, state, work)
         elif status == NEEDS_ROOM:
-            state = _with_room(state)
+            state = _with_room(machine, state)
+            if sink is not None:
+                take_log(state.dram, sink)
         elif status == BAD_UNLOCK:
             raise _bad_unlock(state)
         else:
@@ -68,6 +77,8 @@ def simulate(spec: MachineSpec, work: Work, progress: Progress | None = None) ->
         raise _deadlock(spec, state)
     if progress is not None:
         progress(work.num_tasks, work.num_tasks)
+    if sink is not None:
+        take_log(state.dram, sink)
     return _counters(spec, state)
 
 
@@ -147,12 +158,17 @@ def _with_next_chunk(spec: MachineSpec, state: State, work: Work) -> State:
     return state._replace(tasks=load_next(spec, loaded, work.chunks, first_needed))
 
 
-def _with_room(state: State) -> State:
-    """The state with larger queues."""
+def _with_room(machine: Machine, state: State) -> State:
+    """The state with larger queues, where what a cycle may add no longer fits in."""
     state.run[0]["needs_room"] = 0
-    cache = state.cache._replace(inbox=grown(state.cache.inbox))
-    dram = state.dram._replace(queue=grown(state.dram.queue))
+    cache = state.cache._replace(inbox=_roomy(state.cache.inbox, machine.spare_slots))
+    dram = state.dram._replace(queue=_roomy(state.dram.queue, machine.spare_slots))
     return state._replace(cache=cache, dram=dram)
+
+
+def _roomy(queues: QueueState, spare_slots: int) -> QueueState:
+    is_crowded = np.any(queues.ends["count"] + np.int64(spare_slots) > queues.items.shape[1])
+    return grown(queues) if is_crowded else queues
 
 
 def _bad_unlock(state: State) -> ArchsimError:

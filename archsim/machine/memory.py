@@ -298,6 +298,8 @@ def play_dram(spec: Machine, state: State, limit):
             arrival = dram_model.answer_cycle(spec.dram, dram, channel, core_period)
             _answer_fetch(state, arrival, len(spec.caches), requester)
             limit = min(limit, arrival)
+    if dram_model.is_log_half_full(dram):
+        run["needs_room"] = 1
     return limit
 
 

@@ -7,16 +7,24 @@ from importlib import import_module
 
 from archsim.machine.counters import Counters
 from archsim.machine.spec import MachineSpec
+from archsim.model.dram.commands import CommandSink
 from archsim.trace.stream import Work
 
 MODELS = ("reference", "compiled")
 
 
 def play(
-    model: str, spec: MachineSpec, work: Work, progress: Callable[[int, int], None] | None = None
+    model: str,
+    spec: MachineSpec,
+    work: Work,
+    progress: Callable[[int, int], None] | None = None,
+    sink: CommandSink | None = None,
 ) -> Counters:
-    """Counters of the work on the machine. Loads only the model asked for: each brings a heavy library."""
+    """Counters of the work on the machine; the DRAM's commands go to `sink`.
+
+    Loads only the model asked for: each brings a heavy library.
+    """
     if model not in MODELS:
         raise ValueError(f"no model named {model!r}")
-    counters: Counters = import_module(f"archsim.machine.{model}").simulate(spec, work, progress)
+    counters: Counters = import_module(f"archsim.machine.{model}").simulate(spec, work, progress, sink)
     return counters

@@ -16,7 +16,7 @@ from archsim.model.cache.reference import CACHE_COUNTS, Cache, Kind
 from archsim.model.cache.spec import DRAM_PARENT, CacheSpec
 from archsim.model.core.reference import LOCK, NO_WORK, Core, State, Thread
 from archsim.model.core.spec import TaskOrder
-from archsim.model.dram.commands import DRAM_COUNTERS
+from archsim.model.dram.commands import COMMAND, DRAM_COUNTERS, CommandSink
 from archsim.model.dram.reference import Dram
 from archsim.model.fifo.reference import Fifo
 from archsim.model.locks.reference import Locks
@@ -32,18 +32,24 @@ def simulate(
     spec: MachineSpec,
     work: Work,
     progress: Progress | None = None,
+    sink: CommandSink | None = None,
     observe: Callable[[Machine], None] | None = None,
 ) -> Counters:
     """Play `work` on the machine `spec` and return its counters. The whole work is held in memory.
 
-    `observe` is shown the machine before anything happens.
+    The DRAM's commands go to `sink`; `observe` is shown the machine before anything happens.
     Raises ArchsimError for work that the machine cannot do, DeadlockError when it gets stuck.
     """
     machine = Machine(spec, _all_tasks(spec, work))
+    commands: list[tuple[int, ...]] = []
+    if sink is not None:
+        machine.dram.record(commands)
     if observe is not None:
         observe(machine)
     if work.num_tasks > 0:
         machine.env.run(until=machine.env.process(machine.watch(progress)))
+    if sink is not None:
+        sink(np.array(commands, COMMAND))
     return machine.counters()
 
 

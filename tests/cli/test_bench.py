@@ -18,6 +18,8 @@ def test_every_phase_is_measured():
         "izb_raster.timing",
         "izb_raster.interpret",
         "cache.replay",
+        "dram.random",
+        "dram.sequential",
         "peak_memory",
     ]
     assert all(row.value > 0 for row in rows.values())

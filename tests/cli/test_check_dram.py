@@ -74,3 +74,23 @@ def test_bad_input_ends_with_2(text, arguments, said):
 def test_a_machine_without_commands_is_said():
     ideal = "components.dram={base: dram/ideal.yaml}"
     assert "0 DRAMs with commands" in check_dram("", "--set", ideal, exit_code=2).stderr
+
+
+@pytest.mark.parametrize("phase", ["izb_build", "izb_raster"])
+def test_what_a_run_records_breaks_no_rule(phase):
+    recorded = CliRunner().invoke(
+        app, ["trace", "record-dram", "tiny", "--phase", phase, "--out", "commands.csv"]
+    )
+    assert recorded.exit_code == 0, recorded.output
+    judged = CliRunner().invoke(app, ["trace", "check-dram", "commands.csv", "--machine", "tiny"])
+
+    assert judged.exit_code == 0, judged.output
+    assert judged.stdout.endswith("no violation\n")
+
+
+def test_a_phase_that_is_not_there_is_said():
+    result = CliRunner().invoke(
+        app, ["trace", "record-dram", "tiny", "--phase", "izb_bild", "--out", "commands.csv"]
+    )
+    assert result.exit_code == 2
+    assert "did you mean 'izb_build'?" in result.stderr

@@ -7,23 +7,24 @@ from collections.abc import Iterable
 import numpy as np
 
 from archsim.jit import njit
-from archsim.machine.dram_alone.stream import LONGEST_LATENCY, DramRun, Requests, Sink, bursts_of, check
+from archsim.machine.dram_alone.stream import LONGEST_LATENCY, DramRun, Requests, bursts_of, check
 from archsim.model.compiled import inlined_step, integers, record
-from archsim.model.dram.commands import DRAM_COUNTERS
+from archsim.model.dram.commands import DRAM_COUNTERS, CommandSink
 from archsim.model.dram.compiled import (
     NO_REQUESTER,
     DramState,
     answer_cycle,
     has_room,
     is_empty,
-    is_log_full,
+    is_log_half_full,
     new_dram,
+    recording,
     send,
+    take_log,
     wake_first,
 )
 from archsim.model.dram.spec import DramSpec
 
-LOG_CAPACITY = 1 << 16  # commands
 RUN = record(
     "clock",
     "first",  # request of the chunk that enters next
@@ -37,13 +38,14 @@ RUN = record(
 
 
 def simulate(
-    spec: DramSpec, request_bytes: int, chunks: Iterable[Requests], sink: Sink | None = None
+    spec: DramSpec, request_bytes: int, chunks: Iterable[Requests], sink: CommandSink | None = None
 ) -> DramRun:
     """Serve the stream; the commands go to `sink`. ArchsimError for requests that can't be served."""
     bursts = bursts_of(spec, request_bytes)
     plain = integers(spec)
-    log_capacity = max(LOG_CAPACITY, 4 * spec.num_channels) if sink is not None else 0
-    state = new_dram(plain, spec.num_queue_entries + spec.num_write_entries, log_capacity)
+    state = new_dram(plain, spec.num_queue_entries + spec.num_write_entries)
+    if sink is not None:
+        state = recording(state)
     run, latencies = np.zeros(1, RUN), np.zeros(LONGEST_LATENCY + 1, np.int64)
     previous_arrival = 0
     for requests in chunks:
@@ -76,15 +78,14 @@ def _play(
     bursts: int,
     run: np.ndarray,
     latencies: np.ndarray,
-    sink: Sink | None,
+    sink: CommandSink | None,
 ) -> None:
     """Let all requests of a chunk enter."""
     run[0]["first"] = 0
     while True:
         _advance(spec, state, requests, bursts, run, latencies)
-        if sink is not None and state.log_size[0] > 0:
-            sink(state.log[: state.log_size[0]].copy())
-            state.log_size[0] = 0
+        if sink is not None:
+            take_log(state, sink)
         if run[0]["is_over"] or (run[0]["first"] == len(requests.addresses) and not run[0]["is_last"]):
             return
 
@@ -105,7 +106,7 @@ def _advance(spec, state, requests, bursts, run, latencies):
             return
         due = _next_clock(spec, state, requests, now)
         now["clock"] = min(due, now["last_answer"]) if is_served else due
-        if is_log_full(state, len(state.channels)):
+        if is_log_half_full(state):
             return
 
 

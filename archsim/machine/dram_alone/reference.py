@@ -8,23 +8,23 @@ from collections.abc import Generator, Iterable, Iterator
 import numpy as np
 import simpy
 
-from archsim.machine.dram_alone.stream import LONGEST_LATENCY, DramRun, Requests, Sink, bursts_of, check
+from archsim.machine.dram_alone.stream import LONGEST_LATENCY, DramRun, Requests, bursts_of, check
 from archsim.model.cache.reference import Kind, Request
-from archsim.model.dram.commands import COMMAND, DRAM_COUNTERS
+from archsim.model.dram.commands import COMMAND, DRAM_COUNTERS, CommandSink
 from archsim.model.dram.reference import Dram
 from archsim.model.dram.spec import DramSpec
 from archsim.model.reference import Phase, at
 
 
 def simulate(
-    spec: DramSpec, request_bytes: int, chunks: Iterable[Requests], sink: Sink | None = None
+    spec: DramSpec, request_bytes: int, chunks: Iterable[Requests], sink: CommandSink | None = None
 ) -> DramRun:
     """Serve the stream; the commands go to `sink`. ArchsimError for requests that can't be served."""
     bursts_of(spec, request_bytes)
     feeder = Feeder(spec, request_bytes, _one_by_one(chunks))
     commands: list[tuple[int, ...]] = []
+    feeder.dram.record(commands)
     for channel in feeder.dram.channels:
-        channel.record = lambda *command: commands.append(command)
         feeder.env.process(channel.run())
     feeder.env.run(until=feeder.env.process(feeder.run()))
     if sink is not None:

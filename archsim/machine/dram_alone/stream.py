@@ -8,7 +8,6 @@ read is answered. Requests are `request_bytes` long, aligned to that.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -48,9 +47,6 @@ class DramRun(NamedTuple):
         """Clocks of a read; 0 without reads."""
         num_reads = int(self.latencies.sum())
         return self.latency_sum / num_reads if num_reads else 0.0
-
-
-Sink = Callable[[np.ndarray], None]  # takes COMMAND records in order of clock; channels in any
 
 
 def bursts_of(spec: DramSpec, request_bytes: int) -> int:

@@ -1,5 +1,6 @@
 """The commands of a channel, as a simulation records them, and what is counted."""
 
+from collections.abc import Callable
 from enum import IntEnum
 
 import numpy as np
@@ -20,6 +21,8 @@ class Command(IntEnum):
 COMMAND = np.dtype(
     [(name, np.int64) for name in ("clock", "channel", "command", "bank", "row", "column", "bursts")]
 )
+
+CommandSink = Callable[[np.ndarray], None]  # takes COMMAND records, in order of clock; channels in any
 
 # Counters of a channel; machine/README.md says when they count.
 DRAM_COUNTERS = (

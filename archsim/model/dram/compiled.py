@@ -6,6 +6,7 @@ A channel is woken only at memory clocks at which something can happen. Waking i
 from __future__ import annotations
 
 from archsim.model.compiled import NEVER, drop_oldest, inlined_step, insert, num_items, oldest, step
+from archsim.model.dram.commands import CommandSink
 from archsim.model.dram.compiled_commands import activate, column, field_of, precharge, refresh
 from archsim.model.dram.compiled_plan import drains, plan
 from archsim.model.dram.compiled_state import (
@@ -17,6 +18,7 @@ from archsim.model.dram.compiled_state import (
     ROW,
     DramState,
     new_dram,
+    recording,
 )
 from archsim.model.dram.compiled_window import enter, next_entry, num_in_window, ring_of
 from archsim.model.dram.spec import Scheduler
@@ -27,10 +29,12 @@ __all__ = [
     "answer_cycle",
     "has_room",
     "is_empty",
-    "is_log_full",
+    "is_log_half_full",
     "new_dram",
+    "recording",
     "ring_of_request",
     "send",
+    "take_log",
     "wake_first",
 ]
 
@@ -84,9 +88,17 @@ def has_room(spec, state, address, is_write):
 
 
 @inlined_step
-def is_log_full(state, spare):
-    """Whether commands are recorded and no more than `spare` of them would fit."""
-    return len(state.log) > 0 and state.log_size[0] + spare > len(state.log)
+def is_log_half_full(state):
+    """Whether it is time to take the recorded commands."""
+    return 2 * state.log_size[0] > len(state.log)
+
+
+def take_log(state: DramState, sink: CommandSink) -> None:
+    """Hand over what has been recorded."""
+    recorded, lost = state.log_size.tolist()
+    assert lost == 0, "the log of DRAM commands was too small for what one step issues"
+    sink(state.log[:recorded].copy())
+    state.log_size[0] = 0
 
 
 @inlined_step

@@ -194,6 +194,9 @@ def log(state, clock, number, command, bank_number, row, column_number, bursts):
     """Record a command if commands are recorded."""
     if len(state.log) == 0:
         return
+    if state.log_size[0] == len(state.log):
+        state.log_size[1] += 1
+        return
     entry = state.log[state.log_size[0]]
     entry["clock"], entry["channel"], entry["command"] = clock, number, command
     entry["bank"], entry["row"], entry["column"], entry["bursts"] = bank_number, row, column_number, bursts

@@ -19,6 +19,8 @@ READS, WRITES = 0, 1  # kinds of requests; without a write queue, both wait in t
 # What a channel does next.
 PLAN_AGAIN, COLUMN, ROW, CLOSE, REFRESH = range(5)
 
+LOG_CAPACITY = 1 << 17  # commands
+
 ACTIVATES_OF_WINDOW = 4  # n_faw: the window holds four ACT
 LONG_AGO = -(1 << 40)  # of an ACT that there has not been
 
@@ -96,11 +98,16 @@ class DramState(NamedTuple):
     due: np.ndarray  # [H] next clock at which the channel must be woken
     next_due: np.ndarray  # [2] the first of them and its channel
     log: np.ndarray  # COMMAND [L] commands recorded; L = 0: none are
-    log_size: np.ndarray  # [1] number of them
+    log_size: np.ndarray  # [2] number of them, and of those for which there was no room
 
 
-def new_dram(spec: DramSpec, queue_capacity: int, log_capacity: int = 0) -> DramState:
-    """All banks closed, all queues empty."""
+def recording(state: DramState) -> DramState:
+    """The state with room for a record of commands, to be taken when it is half full."""
+    return state._replace(log=np.zeros(LOG_CAPACITY, COMMAND))
+
+
+def new_dram(spec: DramSpec, queue_capacity: int) -> DramState:
+    """All banks closed, all queues empty, nothing recorded."""
     refresh = spec.timing.n_refi if spec.timing.n_refi > 0 else NEVER
     num_slots = 1 + spec.num_queue_entries + spec.num_write_entries
     waiting = np.zeros((spec.num_channels, num_slots), WAITING)
@@ -126,6 +133,6 @@ def new_dram(spec: DramSpec, queue_capacity: int, log_capacity: int = 0) -> Dram
         channels=channels,
         due=np.full(spec.num_channels, refresh),
         next_due=np.array([refresh, 0], np.int64),
-        log=np.zeros(log_capacity, COMMAND),
-        log_size=np.zeros(1, np.int64),
+        log=np.zeros(0, COMMAND),
+        log_size=np.zeros(2, np.int64),
     )

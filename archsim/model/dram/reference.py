@@ -282,6 +282,11 @@ class Dram:
             Channel(spec, env, index, supplier, core_period_ticks) for index in range(spec.num_channels)
         ]
 
+    def record(self, commands: list[tuple[int, ...]]) -> None:
+        """From now on, append every command to `commands`, as the fields of a COMMAND."""
+        for channel in self.channels:
+            channel.record = lambda *command: commands.append(command)
+
     def channel_of(self, address: int) -> Channel:
         return self.channels[field(address, self.spec.channel)]
 
