@@ -34,7 +34,7 @@ def served(model, spec, stream, sizes=()):
     return run, commands[np.lexsort((commands["channel"], commands["clock"]))]
 
 
-@settings(max_examples=300, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+@settings(max_examples=1000, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
 @given(st.sampled_from([1, 3]).flatmap(lambda ticks: drams(ticks, REQUEST_BYTES)), streams())
 def test_both_models_serve_a_stream_alike(spec, stream):
     believed, wanted = served(reference, spec, stream)
