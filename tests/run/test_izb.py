@@ -125,3 +125,28 @@ def test_one_lock_is_fought_for(tiny):
     fought = simulate(load_run(TINY, [*SMALL, "workload.locks=1"]))
     assert fought.value("izb_build.locks.taken") == tiny.value("izb_build.locks.taken")
     assert fought.value("izb_build.locks.waited") > 5 * tiny.value("izb_build.locks.waited")
+
+
+SMALL_DRAWN = [
+    "seed=1",
+    "workload.resolution=[160, 128]",
+    "workload.logical_grid=[128, 128]",
+    "workload.physical_grid=[64, 64]",
+    "workload.list_length=6",
+    "workload.stencil=[80, 90]",
+    "workload.grid_fragments_pre_stencil=26000",
+    "workload.grid_fragments_post_stencil=20000",
+    "workload.framebuffer_fragments_pre_z=60000",
+    "workload.framebuffer_fragments_post_z=19000",
+    "workload.patch=[16, 16]",
+]
+
+
+def test_a_drawn_workload_runs_like_any_other():
+    result = simulate(load_run("runs/izb_drawn.yaml", SMALL_DRAWN))
+    assert result.ok
+    assert result.shadow.shape == (128, 160)
+    assert result.value("workload.framebuffer_fragments_pre_z") == pytest.approx(60_000, rel=0.01)
+    other = simulate(load_run("runs/izb_drawn.yaml", [*SMALL_DRAWN, "workload.triangle_order=random"]))
+    assert other.scene_digest != result.scene_digest
+    assert other.value("workload.node_visits") == result.value("workload.node_visits")
