@@ -1,12 +1,13 @@
-"""What each stage of the tile pipeline does for a mesh in a map: records for the machine of fixed-function stages.
+"""What each stage of the tile pipeline does for a mesh in a map: records for the machine of fixed-function
+stages.
 
     setup ──> coarse ──> fine ──> z_cull ──> decompress ──> depth_test ──> compress
     triangle  tiles      coverage  tile       reads a tile   16 samples     writes a tile
                                    table      that is not                   that leaves
                                               in the z cache                the z cache
 
-An item is a triangle up to `coarse`, then a tile of a triangle, then a tile that leaves the cache. At the end a flush
-command follows the last triangle through all stages, and what is dirty is written.
+An item is a triangle up to `coarse`, then a tile of a triangle, then a tile that leaves the cache. At the end
+a flush command follows the last triangle through all stages, and what is dirty is written.
 """
 
 from __future__ import annotations
@@ -31,6 +32,14 @@ from archsim.lograster.depth_buffer import (
 )
 from archsim.lograster.grid import TILE, Grid
 from archsim.lograster.offset import OffsetSpec, Switch
+from archsim.lograster.row_table import (
+    LINE_BYTES,
+    NO_LINE,
+    NO_TABLE,
+    TableSpec,
+    empty_buffer,
+    missing_line,
+)
 from archsim.lograster.setup import edge_functions
 from archsim.lograster.traversal import coarse, coverage
 from archsim.lograster.z_cache import NOWHERE, ZCacheSpec, ZState, cleared, look_up, write_back
@@ -52,6 +61,7 @@ class Target(NamedTuple):
     z_cache: ZCacheSpec
     base: int = 0  # address of its first tile
     offset: OffsetSpec = NO_OFFSET
+    table: TableSpec = NO_TABLE  # of G, where the evaluators of the machine want one
 
 
 class Tape(NamedTuple):
@@ -60,6 +70,22 @@ class Tape(NamedTuple):
     records: np.ndarray  # int64 [n, 4] address, compute, bytes, op
     ends: np.ndarray  # int64 [n] number of records up to each task's END
     used: np.ndarray  # int64 [2] records, tasks
+
+
+class Making(NamedTuple):
+    """Everything that the making of work needs, for compiled code."""
+
+    grid: Grid
+    codec: CodecSpec
+    base: int
+    offset: OffsetSpec
+    table: TableSpec
+    steep: tuple[float, float]  # of the grid's rows
+    least_w: float  # where triangles are cut
+    chunk_tiles: int
+    kept: np.ndarray  # int64 lines of the table that the fine rasterizer has
+    state: ZState
+    tapes: tuple[Tape, ...]  # of the units
 
 
 def tile_work(
@@ -85,19 +111,30 @@ def _chunks(
     one_triangle = MOST_CORNERS * (num_tiles + 1)
     flushed = target.z_cache.num_sets * target.z_cache.num_ways
     room = _MOST_RECORDS * (chunk_tiles + one_triangle + flushed + 1)
-    least_w = LEAST_W * float(np.abs(vertices[:, 3]).max(initial=1e-300))
-    steep = steepness(target.grid)
+    kept = empty_buffer(target.table)
     done, finished = 0, False
     while not finished:
         tapes = tuple(
             Tape(np.empty((room, 4), np.int64), np.empty(room, np.int64), np.zeros(2, np.int64))
             for _ in UNITS
         )
-        shape = (target.grid, steep, target.offset, least_w, target.base, chunk_tiles)
-        done = _record(vertices, triangles, done, shape, target.codec, state, tapes)
+        making = Making(
+            grid=target.grid,
+            codec=target.codec,
+            base=target.base,
+            offset=target.offset,
+            table=target.table,
+            steep=steepness(target.grid),
+            least_w=LEAST_W * float(np.abs(vertices[:, 3]).max(initial=1e-300)),
+            chunk_tiles=chunk_tiles,
+            kept=kept,
+            state=state,
+            tapes=tapes,
+        )
+        done = _record(making, vertices, triangles, done)
         finished = done == len(triangles)
         if finished:
-            _flush(target.codec, target.base, state, tapes)
+            _flush(making)
         yield tuple(_tasks(tape) for tape in tapes)
 
 
@@ -125,60 +162,73 @@ def _put(tape, op, address, compute, num_bytes):
 
 
 @njit
-def _record(vertices, triangles, first, shape, codec, state, tapes):
+def _record(making, vertices, triangles, first):
     """Write the tasks of triangles from `first` on; the first one that is left for the next chunk."""
-    grid, steep, offset, least_w, base, chunk_tiles = shape
+    tapes = making.tapes
     polygon, spare = np.empty((MOST_CORNERS, 4)), np.empty((MOST_CORNERS, 4))
-    tiles = np.empty((len(state.farthest), 2), np.int32)
+    tiles = np.empty((len(making.state.farthest), 2), np.int32)
     corners = np.empty((3, 4))
     for index in range(first, len(triangles)):
-        if tapes[FINE].used[1] >= chunk_tiles or tapes[SETUP].used[1] >= chunk_tiles:
+        if max(tapes[FINE].used[1], tapes[SETUP].used[1]) >= making.chunk_tiles:
             return index
         for i in range(3):
             corners[i] = vertices[triangles[index, i]]
-        num_corners = clip(corners, least_w, polygon, spare)
+        num_corners = clip(corners, making.least_w, polygon, spare)
         if num_corners == 0:
             _put(tapes[SETUP], Op.END, 0, 1, 0)
         for i in range(1, num_corners - 1):
-            x, y, z = fan_triangle(polygon, i)
-            whole_x, whole_y = snapped(x, grid.bits), snapped(y, grid.bits)
-            edges = edge_functions(whole_x, whole_y)
-            found, tests = 0, 0
-            if edges.area > 0:
-                found, tests = coarse(edges, whole_x, whole_y, grid, tiles)
-            if found == 0 and tests == 0:
-                _put(tapes[SETUP], Op.END, 0, 1, 0)
-                continue
-            _put(tapes[SETUP], Op.EMIT, 0, 1, 0)
-            _put(tapes[SETUP], Op.END, 0, 0, 0)
-            _put(tapes[COARSE], Op.TAKE, 0, 0, 0)
-            plane, _ = offset_plane(x, y, z, grid, steep, offset)
-            for k in range(found):
-                _put(tapes[COARSE], Op.EMIT, 0, (tests * (k + 1)) // found - (tests * k) // found, 0)
-                _draw_tile(edges, plane, tiles[k], grid, codec, base, state, tapes)
-            _put(tapes[COARSE], Op.END, 0, tests if found == 0 else 0, 0)
+            _draw_triangle(making, fan_triangle(polygon, i), tiles)
     return len(triangles)
 
 
 @njit
-def _draw_tile(edges, plane, tile, grid, codec, base, state, tapes):
+def _draw_triangle(making, positions, tiles):
+    """Set up a triangle and send its tiles on their way."""
+    x, y, z = positions
+    grid, tapes = making.grid, making.tapes
+    whole_x, whole_y = snapped(x, grid.bits), snapped(y, grid.bits)
+    edges = edge_functions(whole_x, whole_y)
+    found, tests = 0, 0
+    if edges.area > 0:
+        found, tests = coarse(edges, whole_x, whole_y, grid, tiles)
+    if tests == 0:
+        _put(tapes[SETUP], Op.END, 0, 1, 0)
+        return
+    _put(tapes[SETUP], Op.EMIT, 0, 1, 0)
+    _put(tapes[SETUP], Op.END, 0, 0, 0)
+    _put(tapes[COARSE], Op.TAKE, 0, 0, 0)
+    plane, _ = offset_plane(x, y, z, grid, making.steep, making.offset)
+    for k in range(found):
+        _put(tapes[COARSE], Op.EMIT, 0, (tests * (k + 1)) // found - (tests * k) // found, 0)
+        _draw_tile(making, edges, plane, tiles[k])
+    _put(tapes[COARSE], Op.END, 0, tests if found == 0 else 0, 0)
+
+
+@njit
+def _draw_tile(making, edges, plane, tile):
     """The way of one tile of a triangle, as far as it goes."""
+    grid, tapes = making.grid, making.tapes
     _put(tapes[FINE], Op.TAKE, 0, 0, 0)
+    line = missing_line(making.table, making.kept, tile[0])
+    if line != NO_LINE:
+        _put(tapes[FINE], Op.LOAD, making.table.base + line * LINE_BYTES, 0, LINE_BYTES)
     mask = coverage(edges, grid, tile[0], tile[1])
     if mask:
         _put(tapes[FINE], Op.EMIT, 0, 0, 0)
         number = tile[0] * (len(grid.x) // TILE) + tile[1]
         _put(tapes[Z_CULL], Op.TAKE, 0, 0, 0)
-        if nearest_depth(plane, grid, tile) < state.farthest[number]:
+        if nearest_depth(plane, grid, tile) < making.state.farthest[number]:
             _put(tapes[Z_CULL], Op.EMIT, 0, 0, 0)
-            _test_tile(mask, plane, tile, number, grid, codec, base, state, tapes)
+            _test_tile(making, mask, plane, tile, number)
         _put(tapes[Z_CULL], Op.END, 0, 0, 0)
     _put(tapes[FINE], Op.END, 0, 0, 0)
 
 
 @njit
 def nearest_depth(plane, grid, tile):
-    """A bound below the stored depths of a triangle in a tile: those of its plane at the tile's corner samples."""
+    """A bound below the stored depths of a triangle in a tile: those of its plane at the tile's corner
+    samples.
+    """
     nearest = 1 << 30
     for i in (0, TILE - 1):
         for k in (0, TILE - 1):
@@ -188,25 +238,26 @@ def nearest_depth(plane, grid, tile):
 
 
 @njit
-def _test_tile(mask, plane, tile, number, grid, codec, base, state, tapes):
+def _test_tile(making, mask, plane, tile, number):
     """Cache look-up, reading, depth test, and what leaves."""
+    state, tapes = making.state, making.tapes
     here, way, was_there, leaving = look_up(state, number)
     _put(tapes[DECOMPRESS], Op.TAKE, 0, 0, 0)
     if not was_there and state.held_bytes[number] > 0:
-        _put(tapes[DECOMPRESS], Op.LOAD, base + number * PITCH, 0, state.held_bytes[number])
+        _put(tapes[DECOMPRESS], Op.LOAD, making.base + number * PITCH, 0, state.held_bytes[number])
     _put(tapes[DECOMPRESS], Op.EMIT, 0, 0, 0)
     _put(tapes[DECOMPRESS], Op.END, 0, 0, 0)
 
     _put(tapes[DEPTH_TEST], Op.TAKE, 0, 0, 0)
     if leaving != NOWHERE:
-        _evict(leaving, codec, base, state, tapes)
+        _evict(making, leaving)
     _put(tapes[DEPTH_TEST], Op.END, 0, 0, 0)
     farthest = 0
     for i in range(TILE):
         for k in range(TILE):
             row, column = tile[0] * TILE + i, tile[1] * TILE + k
             if mask >> (TILE * i + k) & 1:
-                depth = sample_depth(plane, grid, row, column)
+                depth = sample_depth(plane, making.grid, row, column)
                 if depth < state.depth[row, column]:
                     state.depth[row, column] = depth
                     state.dirty[here, way] = True
@@ -215,17 +266,21 @@ def _test_tile(mask, plane, tile, number, grid, codec, base, state, tapes):
 
 
 @njit
-def _evict(tile, codec, base, state, tapes):
+def _evict(making, tile):
     """A dirty tile goes from the cache through the compressor to memory."""
+    tapes = making.tapes
     _put(tapes[DEPTH_TEST], Op.EMIT, 0, 0, 0)
     _put(tapes[COMPRESS], Op.TAKE, 0, 0, 0)
-    _put(tapes[COMPRESS], Op.STORE, base + tile * PITCH, 0, write_back(state, codec, tile))
+    _put(
+        tapes[COMPRESS], Op.STORE, making.base + tile * PITCH, 0, write_back(making.state, making.codec, tile)
+    )
     _put(tapes[COMPRESS], Op.END, 0, 0, 0)
 
 
 @njit
-def _flush(codec, base, state, tapes):
+def _flush(making):
     """The command that follows the last triangle: every stage hands it on, then the cache is emptied."""
+    state, tapes = making.state, making.tapes
     for unit in range(DEPTH_TEST):
         if unit > 0:
             _put(tapes[unit], Op.TAKE, 0, 0, 0)
@@ -235,6 +290,6 @@ def _flush(codec, base, state, tapes):
     for here in range(state.tag.shape[0]):
         for way in range(state.tag.shape[1]):
             if state.dirty[here, way]:
-                _evict(state.tag[here, way], codec, base, state, tapes)
+                _evict(making, state.tag[here, way])
                 state.dirty[here, way] = False
     _put(tapes[DEPTH_TEST], Op.END, 0, 0, 0)

@@ -1,7 +1,8 @@
-"""The on-chip side of the depth buffer: a cache of whole tiles, and the table of what memory holds for every tile.
+"""The on-chip side of the depth buffer: a cache of whole tiles, and the table of what memory holds for every
+tile.
 
-The pipeline tests tiles in order, so which of them are in the cache, and how well each compresses when it leaves, does
-not depend on time. Partly drawn tiles go to memory as they are.
+The pipeline tests tiles in order, so which of them are in the cache, and how well each compresses when it
+leaves, does not depend on time. Partly drawn tiles go to memory as they are.
 """
 
 from __future__ import annotations

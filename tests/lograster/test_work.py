@@ -10,12 +10,15 @@ from archsim.codec.codec import Codec, make_codec
 from archsim.config import load_machine
 from archsim.errors import ArchsimError
 from archsim.lograster.depth_buffer import draw
+from archsim.lograster.evaluators import Design
 from archsim.lograster.grid import make_grid
 from archsim.lograster.offset import OffsetSpec, Switch
+from archsim.lograster.row_table import make_table
 from archsim.lograster.work import COMPRESS, DECOMPRESS, FINE, UNITS, Z_CULL, Target, tile_work
 from archsim.lograster.z_cache import ZCacheSpec, make_z_cache
 from archsim.machine.pipeline.build import pipeline_machine
 from archsim.machine.pipeline.play import play
+from archsim.machine.play import MODELS
 from archsim.run.pipeline_metrics import pipeline_checks
 from archsim.trace.records import Op
 
@@ -148,6 +151,39 @@ def test_the_papers_machine_plays_it(model):
     assert all(check.ok for check in pipeline_checks("maps", machine, compressed))
     assert compressed.cycles < plain.cycles
     assert compressed.unit_tasks[FINE] == 2 * (64 + 8) + 1
+
+
+@pytest.mark.parametrize(
+    ("design", "lines"), [(Design.TABLE, 2), (Design.TABLE_FIRST_ROW, 1), (Design.FULL, 0)]
+)
+def test_table_lines_are_asked_for_once_in_each_pass_over_the_rows(design, lines):
+    """32 rows of 4 bytes are 2 lines, their first rows less than one. Regions span all 8 rows of tiles."""
+    target = Target(make_grid(32, 32, 50.0), LLOYD, SMALL, table=make_table(design, 4, 1 << 20))
+    records, _ = played(square(0.5), SQUARE, target)
+    loads = records[FINE][records[FINE]["op"] == Op.LOAD]
+
+    assert len(loads) == lines
+    assert (loads["bytes"] == 64).all()
+    assert ((loads["address"] - (1 << 20)) // 64).tolist() == list(range(lines))
+
+
+def test_a_short_buffer_asks_again():
+    """One line kept: the second triangle starts over."""
+    target = Target(make_grid(32, 32, 50.0), LLOYD, SMALL, table=make_table(Design.TABLE, 1, 0))
+    records, _ = played(square(0.5), SQUARE, target)
+
+    assert count(records[FINE], Op.LOAD) == 4
+    with pytest.raises(ArchsimError, match="at least one line"):
+        make_table(Design.TABLE, 0, 0)
+
+
+def test_the_machine_with_a_table_plays_it():
+    machine = pipeline_machine(load_machine(resources.config("machines", "lloyd2007_table")))
+    target = Target(make_grid(32, 32, 50.0), LLOYD, SMALL, table=make_table(Design.TABLE, 4, 1 << 20))
+    counters = [play(model, machine, tile_work(square(0.5), SQUARE, target)[0]) for model in MODELS]
+
+    assert counters[0].cycles == counters[1].cycles
+    assert counters[0].unit_load_bytes[FINE] == counters[1].unit_load_bytes[FINE] == 2 * 64
 
 
 def test_two_planes_are_refused():

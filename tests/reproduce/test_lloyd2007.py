@@ -7,9 +7,12 @@ import yaml
 from archsim import resources
 from archsim.codec.codec import Codec, make_codec, tile_bits
 from archsim.lograster.depth_buffer import DrawCounts
+from archsim.lograster.work import FINE
+from archsim.model.unit.spec import NO_MEMORY
 from archsim.reproduce.cells import EXACT, NOT_PRINTED
 from archsim.reproduce.lloyd2007 import aliasing, tables
 from archsim.reproduce.lloyd2007.compression import CODECS, MAPS, READINGS, RESOLUTIONS, Buffers
+from archsim.reproduce.lloyd2007.designs import DESIGNS, machine_with
 from archsim.reproduce.lloyd2007.pictures import compression_figure, error_figure
 from archsim.reproduce.lloyd2007.pipeline import Played
 from archsim.reproduce.lloyd2007.views import SCENES, load_walk
@@ -117,6 +120,17 @@ def test_the_papers_statements_hold_on_the_robots():
     for codec in (Codec.ANCHOR, Codec.DDPCM, Codec.HASSELGREN):
         assert ratios["logarithmic", codec] < 1.4
     assert 2 < ratios["logarithmic", Codec.LLOYD] < ratios["linear", Codec.LLOYD]
+
+
+@pytest.mark.parametrize(
+    ("design", "interval", "latency", "reads"),
+    [("full", 1, 15, False), ("full, one exponential", 4, 15, False), ("table of first rows", 1, 9, True)],
+)
+def test_an_evaluator_s_time_reaches_the_machine(design, interval, latency, reads):
+    fine = machine_with(DESIGNS[design]).spec.units[FINE]
+
+    assert (fine.interval_cycles, fine.latency_cycles) == (interval, latency)
+    assert (fine.memory != NO_MEMORY) == reads
 
 
 def test_tables_that_were_never_printed_say_so():

@@ -15,13 +15,14 @@ import yaml
 from archsim import resources
 from archsim.codec import lloyd
 from archsim.codec.codec import DEPTH_BITS, Codec, make_codec, stored_bits
-from archsim.lograster.evaluators import Design, EvaluatorSpec, evaluator_cost
+from archsim.lograster.evaluators import evaluator_cost
 from archsim.lograster.grid import BITS, TILE
 from archsim.lograster.offset import Slopes, excess
 from archsim.lograster.parameterization import bits_bound, bits_needed, largest_ratio
 from archsim.reproduce.cells import EXACT, PREDICTED, Cell, Paper, Place, make_cell, new_cell
 from archsim.reproduce.lloyd2007 import aliasing, pictures
 from archsim.reproduce.lloyd2007.compression import CODECS, MAPS, READINGS, RESOLUTIONS, Buffers, measure
+from archsim.reproduce.lloyd2007.designs import DESIGNS, MAP_ROWS, play_designs
 from archsim.reproduce.lloyd2007.pipeline import Played, play_families, storage_bytes
 from archsim.reproduce.lloyd2007.views import ID, SCENES
 from archsim.reproduce.processes import in_processes
@@ -43,6 +44,7 @@ PAPER = Paper(
         7: "Size of texels in a 512 x 512 image, with 512 x 512 texels in all maps (figure 7)",
         8: "Texels needed for errors up to one pixel, and how they grow with f/n (section 3.2)",
         9: "The tile pipeline at equal error in the image",
+        10: "A square over all of a 1024 x 1024 map, by evaluator",
     },
     notes={
         1: ["(f/n)max is compared with the two digits that the paper prints."],
@@ -71,18 +73,12 @@ PAPER = Paper(
             "pixels stay.",
             "Read and written are depths between z cache and memory; partly drawn tiles count each time they leave.",
         ],
+        10: [
+            "The same machine with the latency and interval of each evaluator of table 3; those with a table read it "
+            "from memory ahead of the tiles, and keep 16 lines of 64 bytes.",
+        ],
     },
 )
-
-EVALUATOR = EvaluatorSpec(Design.FULL, 4, 11, 3, 4, 2)
-DESIGNS = {
-    "full": EVALUATOR,
-    "full, one exponential": EVALUATOR._replace(exponentials=1),
-    "incremental": EVALUATOR._replace(design=Design.INCREMENTAL, exponentials=1),
-    "table of rows": EVALUATOR._replace(design=Design.TABLE),
-    "table of first rows": EVALUATOR._replace(design=Design.TABLE_FIRST_ROW, table_ports=1),
-}
-MAP_ROWS = 4096
 
 
 def reproduce(progress: Progress = silent) -> Reproduction:
@@ -103,6 +99,7 @@ def reproduce(progress: Progress = silent) -> Reproduction:
         *aliasing_cells(printed["figure7"]["maps"], families),
         *storage_cells(printed),
         *pipeline_cells(played),
+        *design_cells(),
     ]
     checks = tuple(check for each in played.values() for check in each.checks)
     return Reproduction({}, cells, pictures.all_pictures(measured, picture, families), checks)
@@ -241,4 +238,17 @@ def pipeline_cells(played: Mapping[str, Played]) -> list[Cell]:
             ("written", each.written / 1024, "KiB"),
         ]
         cells += [new_cell(Place(ID, 9, row, column), ours, unit) for column, ours, unit in columns]
+    return cells
+
+
+def design_cells() -> list[Cell]:
+    """Table 10."""
+    cells = []
+    for row, each in play_designs().items():
+        columns = [
+            ("cycles", each.cycles, ""),
+            ("tiles a cycle", each.tiles / each.cycles, ""),
+            ("table read", each.table_bytes / 1024, "KiB"),
+        ]
+        cells += [new_cell(Place(ID, 10, row, column), ours, unit) for column, ours, unit in columns]
     return cells
