@@ -6,6 +6,7 @@ import multiprocessing
 import signal
 import threading
 from collections.abc import Callable
+from importlib import import_module
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
 from typing import Any, NamedTuple, Protocol
@@ -66,6 +67,8 @@ class LocalWorkers:
         self._busy: dict[int, _Worker] = {}
 
     def hand(self, token: int, job: Job) -> None:
+        if not self._idle and not self._busy:  # all at once, so that they load while the first job is done
+            self._idle = [_started(self._perform) for _ in range(self.capacity)]
         worker = self._idle.pop() if self._idle else _started(self._perform)
         self._busy[token] = worker
         try:
@@ -143,5 +146,6 @@ def _work(connection: Connection, perform: Callable[[Any], Done]) -> None:
     """The body of a local worker: do jobs until the parent is gone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides when to stop
     threading.Thread(target=end_with_parent, daemon=True).start()
+    import_module("archsim.machine.compiled")  # slow to load, and whatever comes will need it
     while True:
         connection.send(perform(connection.recv()))
