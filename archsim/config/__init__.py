@@ -17,7 +17,14 @@ from archsim.config.run import RunConfig
 from archsim.config.scene import SceneConfig
 from archsim.config.sweep import SweepConfig
 from archsim.config.walkthrough import WalkthroughConfig
-from archsim.config.workload import DrawnIzbConfig, GridConfig, IzbConfig, WorkloadConfig
+from archsim.config.workload import (
+    DrawnIzbConfig,
+    GridConfig,
+    IzbConfig,
+    ShadowVolumesConfig,
+    VolumesConfig,
+    WorkloadConfig,
+)
 
 __all__ = [
     "DrawnIzbConfig",
@@ -27,7 +34,9 @@ __all__ = [
     "MachineConfig",
     "RunConfig",
     "SceneConfig",
+    "ShadowVolumesConfig",
     "SweepConfig",
+    "VolumesConfig",
     "WalkthroughConfig",
     "WorkloadConfig",
     "load_any",

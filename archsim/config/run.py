@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 from archsim.config.machine import MachineConfig
 from archsim.config.scene import SceneConfig
 from archsim.config.section import Finding, Name, Section, report
-from archsim.config.workload import GridConfig, IzbConfig, WorkloadConfig
+from archsim.config.workload import GridConfig, IzbConfig, VolumesConfig, WorkloadConfig
 
 
 class RunConfig(Section):
@@ -30,10 +30,13 @@ class RunConfig(Section):
             report([Finding(("scene",), f"is missing: the workload '{kind}' needs one")])
         if self.scene is not None and not self.workload.needs_scene:
             report([Finding(("scene",), f"must be left out: the workload '{kind}' is not of a scene")])
-        if self.scene is not None and isinstance(self.workload, IzbConfig):
+        if self.scene is not None and isinstance(self.workload, IzbConfig | VolumesConfig):
             found = self.workload.light_findings(len(self.scene.lights))
             report([each._replace(path=("workload", *each.path)) for each in found])
         if isinstance(self.workload, GridConfig) and self.machine.roles is None:
             what = f"missing key 'roles': the workload '{kind}' runs on cores, and this machine is a pipeline"
+            report([Finding(("machine",), what)])
+        if isinstance(self.workload, VolumesConfig) and self.machine.roles is not None:
+            what = f"the workload '{kind}' runs on a pipeline, and this machine has cores"
             report([Finding(("machine",), what)])
         return self

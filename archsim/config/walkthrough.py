@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated
 
 from pydantic import Field, model_validator
 
 from archsim.config.scene import Number, SceneConfig
 from archsim.config.section import Count, Finding, Name, Section, Vector, is_power_of_two, report
+from archsim.config.workload import VolumesConfig
 from archsim.units import Bytes
 
 Size = Annotated[Bytes, Field(ge=1, le=2**40)]
@@ -31,14 +32,9 @@ class PsvCacheConfig(Section):
         return self
 
 
-class ShadowVolumesConfig(Section):
-    """Shadow volumes of one light ([Aila04])."""
+class PipelinedVolumesConfig(VolumesConfig):
+    """Shadow volumes, and what the hierarchical algorithm has to draw them with."""
 
-    light: Annotated[int, Field(ge=0)]  # index into the scene's lights
-    casters: Literal["objects", "parts", "whole", "triangles"] = "objects"  # what has a volume of its own
-    counting: Literal["z_fail", "adaptive"] = "z_fail"  # adaptive: Z-pass for volumes off the near plane
-    range: Annotated[float, Field(gt=0)] | None = None  # distance at which volumes end; null: at infinity
-    tile: Literal[4, 8, 16] = 8  # pixels along a side
     psv_buffers: Annotated[int, Field(ge=1, le=64)]  # volumes between Stage 1 and Stage 2, and one more
     psv_cache: PsvCacheConfig  # in front of them
     delay_stream: Size  # the ring buffer between the stages
@@ -58,7 +54,7 @@ class WalkthroughConfig(Section):
 
     name: Name
     scene: SceneConfig
-    shadow_volumes: ShadowVolumesConfig
+    shadow_volumes: PipelinedVolumesConfig
     frames: Annotated[int, Field(ge=1, le=10_000)]
     keyframes: Annotated[tuple[KeyframeConfig, ...], Field(strict=False, min_length=1)]
     seed: Annotated[int, Field(ge=0, le=2**32 - 1)] = 0  # of whatever is drawn at random; so far nothing is
@@ -69,11 +65,8 @@ class WalkthroughConfig(Section):
         return self
 
     def _check_light(self) -> list[Finding]:
-        number = len(self.scene.lights)
-        if self.shadow_volumes.light < number:
-            return []
-        what = f"must be below {number}, not {self.shadow_volumes.light}: so many lights has the scene"
-        return [Finding(("shadow_volumes", "light"), what)]
+        found = self.shadow_volumes.light_findings(len(self.scene.lights))
+        return [each._replace(path=("shadow_volumes", *each.path)) for each in found]
 
     def _check_keyframes(self) -> list[Finding]:
         """What moves has to be said in every keyframe."""

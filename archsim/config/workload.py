@@ -82,10 +82,40 @@ class IzbConfig(GridConfig):
 
     def light_findings(self, num_lights: int) -> list[Finding]:
         """What is wrong with the light that is asked for."""
-        if self.light < num_lights:
-            return []
-        lights = "one light" if num_lights == 1 else f"{num_lights} lights"
-        return [Finding(("light",), f"must be below {num_lights}, not {self.light}: the scene has {lights}")]
+        return light_findings(self.light, num_lights)
+
+
+class VolumesConfig(Section):
+    """Shadow volumes of one light of the scene ([Aila04])."""
+
+    needs_scene: ClassVar[bool] = True
+
+    light: Annotated[int, Field(ge=0)]  # index into the scene's lights
+    # what has a volume of its own: the mesh's objects, connected parts, all together, each triangle
+    casters: Literal["objects", "parts", "whole", "triangles"] = "objects"
+    counting: Literal["z_fail", "adaptive"] = "z_fail"  # adaptive: Z-pass for volumes off the near plane
+    range: Annotated[float, Field(gt=0)] | None = None  # distance at which volumes end; null: at infinity
+    tile: Literal[4, 8, 16] = 8  # pixels along a side
+
+    def light_findings(self, num_lights: int) -> list[Finding]:
+        """What is wrong with the light that is asked for."""
+        return light_findings(self.light, num_lights)
+
+
+class ShadowVolumesConfig(VolumesConfig):
+    """Shadow volumes of one light of the scene, drawn on a pipeline ([Aila04])."""
+
+    kind: Literal["shadow_volumes"]
+    variant: Literal["brute_force", "depth_bounds", "hierarchical", "combined"] = "hierarchical"  # how
+    submission: Literal["once", "twice"] = "once"  # twice: in two passes, without the delay stream
+
+
+def light_findings(light: int, num_lights: int) -> list[Finding]:
+    """What is wrong with a light that is asked for."""
+    if light < num_lights:
+        return []
+    lights = "one light" if num_lights == 1 else f"{num_lights} lights"
+    return [Finding(("light",), f"must be below {num_lights}, not {light}: the scene has {lights}")]
 
 
 class DrawnIzbConfig(GridConfig):
@@ -131,7 +161,11 @@ class DrawnIzbConfig(GridConfig):
                 yield Finding((f"{what}_{after}",), f"must be at most {what}_{before}, {most}")
 
 
-KINDS: dict[str, type[Section]] = {"izb": IzbConfig, "izb_drawn": DrawnIzbConfig}
+KINDS: dict[str, type[Section]] = {
+    "izb": IzbConfig,
+    "izb_drawn": DrawnIzbConfig,
+    "shadow_volumes": ShadowVolumesConfig,
+}
 
 
 def _kind_tag(workload: Any) -> str | None:
@@ -140,7 +174,9 @@ def _kind_tag(workload: Any) -> str | None:
 
 
 WorkloadConfig = Annotated[
-    Annotated[IzbConfig, Tag("<IzbConfig>")] | Annotated[DrawnIzbConfig, Tag("<DrawnIzbConfig>")],
+    Annotated[IzbConfig, Tag("<IzbConfig>")]
+    | Annotated[DrawnIzbConfig, Tag("<DrawnIzbConfig>")]
+    | Annotated[ShadowVolumesConfig, Tag("<ShadowVolumesConfig>")],
     Discriminator(_kind_tag),
 ]
 

@@ -104,7 +104,7 @@ def _table_cells(name: str, result: Result, printed: dict[str, Any]) -> list[Cel
     """Table 1, one scene."""
     triangles = printed["scenes"][name]["sv_triangles_per_frame"]
     place = Place(ID, 1, name, "shadow_volume_triangles")
-    cells = [make_cell(place, CALIBRATED, triangles, result.value("triangles"), "triangles")]
+    cells = [make_cell(place, CALIBRATED, triangles, result.value("walkthrough.triangles"), "triangles")]
     for quantity, (statistic, scale, unit) in QUANTITIES.items():
         for column, number in printed["table1"][quantity][name].items():
             ours = result.value(f"{VARIANTS[column]}.{statistic}") / scale

@@ -5,7 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from archsim.run import izb_statistics, metrics, pipeline_metrics, replay_statistics
+from archsim.run import (
+    izb_statistics,
+    metrics,
+    pipeline_metrics,
+    replay_statistics,
+    shadow_volume_statistics,
+    walkthrough,
+)
 from archsim.run.measure import Measure, Table
 
 
@@ -32,6 +39,10 @@ SECTIONS = [
     Section("Irregular shadow mapping: the picture", "workload", izb_statistics.PICTURE),
     Section("Irregular shadow mapping: the build phase", "izb_build", izb_statistics.BUILD_COST),
     Section("Irregular shadow mapping: the raster phase", "izb_raster", izb_statistics.RASTER_COST),
+    Section("Shadow volumes: the workload", "workload", shadow_volume_statistics.WORKLOAD),
+    Section("Shadow volumes: what the algorithm moves", "traffic", shadow_volume_statistics.TRAFFIC),
+    Section("Walkthroughs with shadow volumes", "walkthrough", walkthrough.COUNTS),
+    Section("Walkthroughs: each variant, averaged", "{variant}", shadow_volume_statistics.TRAFFIC),
     Section("Replayed address traces: the trace", "trace", replay_statistics.TRACE),
     Section("Replayed without time: every cache", "{cache}", replay_statistics.LEVEL),
     Section("Replayed without time: what reaches the DRAM", "dram", replay_statistics.MEMORY),
@@ -49,7 +60,8 @@ _HEAD = """\
 
 Every number in `result.json`, with its unit and the one sentence that defines it. `{phase}` is a phase of the
 workload, such as `izb_build`, and `{pipeline}` one that a pipeline plays; `{cache}` is a cache of the machine by name,
-such as `l2`; `{level}` is a cache, or `dram`. This page is printed by `archsim statistics`.
+such as `l2`; `{level}` is a cache, or `dram`; `{variant}`
+is `brute_force`, `depth_bounds` or `hierarchical`. This page is printed by `archsim statistics`.
 """
 
 

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from archsim.config import RunConfig
+from archsim.config import GridConfig, RunConfig
 from archsim.machine.build import phase_machine
 from archsim.run.izb_picture import Emitted, Picture, ViewLaws, compose, find
 from archsim.run.izb_statistics import BUILD
@@ -27,6 +27,7 @@ class RenderedIzb(NamedTuple):
 
 def depends_on_machine(config: RunConfig) -> dict[str, Any]:
     """What the work takes from the machine: the number of threads that tiles or nodes are dealt to."""
+    assert isinstance(config.workload, GridConfig)
     if config.workload.tile_order != "block" and config.workload.node_layout != "pool":
         return {}
     core = phase_machine(config.machine, BUILD).spec.core

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 from typing import NamedTuple
 
-from archsim.config import DrawnIzbConfig, GridConfig, RunConfig
+from archsim.config import DrawnIzbConfig, GridConfig, IzbConfig, RunConfig
 from archsim.raster.eye_view import EyeView, eye_view
 from archsim.scene.scene import digest, load_scene
 from archsim.shadow.drawn import Statistics, draw
@@ -33,6 +33,7 @@ def subject_of(config: RunConfig) -> Subject:
         plan, seen = draw(_statistics(workload), grid_of(workload), workload.pixel_tile, config.seed)
         text = f"{workload.model_dump_json()} {config.seed}"
         return Subject(seen, [plan], hashlib.sha256(text.encode()).hexdigest())
+    assert isinstance(workload, IzbConfig)
     scene = load_scene(config.scene)
     seen = eye_view(scene.mesh, scene.camera, scene.width, scene.height)
     method = Method(grid_of(workload), workload.pixel_tile, workload.depth_offset_cells)

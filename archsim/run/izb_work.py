@@ -73,6 +73,7 @@ class Recorded(NamedTuple):
 
 def prepare(config: RunConfig, subject: Subject) -> list[LightViewWork]:
     """The light views of a run on its machine."""
+    assert isinstance(config.workload, GridConfig)
     grid, block = grid_of(config.workload), config.workload.tile_order == "block"
     core = phase_machine(config.machine, BUILD).spec.core
     num_threads = core.num_cores * core.num_threads

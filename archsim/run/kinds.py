@@ -31,7 +31,7 @@ class Kind(NamedTuple):
 
 def kind_of(config: RunConfig) -> Kind:
     """The kind of the run's workload. Loads only what that kind needs: the models are heavy."""
-    kind: Kind = {"izb": _izb, "izb_drawn": _izb}[config.workload.kind]()
+    kind: Kind = {"izb": _izb, "izb_drawn": _izb, "shadow_volumes": _shadow_volumes}[config.workload.kind]()
     return kind
 
 
@@ -41,3 +41,7 @@ def _izb() -> Kind:
         rendered.depends_on_machine, rendered.render, rendered.save, rendered.load, izb.replay_izb
     )
     return Kind(izb.simulate_izb, rendering)
+
+
+def _shadow_volumes() -> Kind:
+    return Kind(import_module("archsim.run.shadow_volumes").simulate_shadow_volumes, None)

@@ -3,23 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from statistics import mean
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from archsim.config import WalkthroughConfig
-from archsim.config.walkthrough import ShadowVolumesConfig
+from archsim.config.walkthrough import PipelinedVolumesConfig
 from archsim.raster.eye_view import eye_view
+from archsim.run.measure import Measure, measured
 from archsim.run.progress import Progress, silent
-from archsim.run.result import Check, Result, Statistic
+from archsim.run.result import Check, Result
+from archsim.run.shadow_volume_statistics import TRAFFIC, average
+from archsim.run.shadow_volumes import method_of
 from archsim.scene.scene import Scene, digest, load_scene
-from archsim.shadow_volumes.casters import Grouping
 from archsim.shadow_volumes.comparison import BRUTE_FORCE, VARIANTS, Method, Traffic, Variant, draw, prepare
 from archsim.shadow_volumes.hierarchical import Resources
 from archsim.shadow_volumes.psv_cache import CacheShape
-from archsim.shadow_volumes.volumes import Counting, Extrusion
 
 _STEPS = 20  # of progress in a variant
+FIRST = ("walkthrough.frames", "walkthrough.triangles")
 
 
 class Frame(NamedTuple):
@@ -33,7 +36,7 @@ class Frame(NamedTuple):
 
 def simulate_walkthrough(config: WalkthroughConfig, progress: Progress = silent) -> Result:
     """All frames of a walkthrough; statistics are averages over them, the mask is the last frame's."""
-    method = method_of(config.shadow_volumes)
+    method = method_of(config.shadow_volumes, resources_of(config.shadow_volumes))
     frames = []
     for number, scene in enumerate(scenes(config)):
 
@@ -63,12 +66,10 @@ def draw_frame(scene: Scene, light: np.ndarray, method: Method, progress: Progre
     return Frame(digest(scene), len(volumes.triangles), len(volumes.z_pass), variants)
 
 
-def method_of(config: ShadowVolumesConfig) -> Method:
-    """The algorithm's choices in a checked section."""
+def resources_of(config: PipelinedVolumesConfig) -> Resources:
+    """What a checked section gives the hierarchical algorithm."""
     cache = CacheShape(config.psv_cache.size, config.psv_cache.line, config.psv_cache.ways)
-    grouping, counting = Grouping[config.casters.upper()], Counting[config.counting.upper()]
-    resources = Resources(config.psv_buffers, cache, config.delay_stream)
-    return Method(Extrusion(grouping, counting, config.range), config.tile, resources)
+    return Resources(config.psv_buffers, cache, config.delay_stream)
 
 
 def scenes(config: WalkthroughConfig) -> Iterator[Scene]:
@@ -106,36 +107,23 @@ def scene_at(config: WalkthroughConfig, time: float) -> Any:
     return scene.model_copy(update=changes)
 
 
-_ROWS = {  # of the statistics of each variant: what they are, in which unit
-    "stencil_shadow": ("bytes", "Stencil values read and written while shadow volumes are drawn."),
-    "depth_shadow": ("bytes", "Compressed tiles of the z-buffer read while shadow volumes are drawn."),
-    "stencil_lighting": ("bytes", "Stencil values read in the lighting pass."),
-    "psv": ("bytes", "Lines of the PSV buffers fetched and written back."),
-    "delay_stream": ("bytes", "Written to the delay stream and read from it."),
-    "total": ("bytes", "All of these together."),
-    "stencil_pixels": ("pixels", "Stencil operations on pixels while shadow volumes are drawn."),
-    "sample_operations": ("operations", "Stencil operations of Stage 1 on samples of tiles."),
-    "processed": ("pixels", "Stencil operations on pixels and on samples."),
-}
+COUNTS = [
+    Measure("frames", "frames", "Frames drawn; what follows are averages over them.", len),
+    Measure(
+        "triangles", "triangles", "Of all shadow volumes.", lambda frames: mean(f.triangles for f in frames)
+    ),
+    Measure("volumes", "volumes", "Shadow volumes.", lambda frames: mean(f.volumes for f in frames)),
+]
 
 
 def _result(config: WalkthroughConfig, frames: list[Frame]) -> Result:
-    number = len(frames)
-    statistics = [
-        Statistic("frames", number, "frames", "Frames drawn; what follows are averages over them."),
-        Statistic(
-            "triangles", sum(f.triangles for f in frames) / number, "triangles", "Of all shadow volumes."
-        ),
-        Statistic("volumes", sum(f.volumes for f in frames) / number, "volumes", "Shadow volumes."),
-    ]
+    statistics = measured("walkthrough", COUNTS, frames)
     for name in VARIANTS:
-        for row, (unit, meaning) in _ROWS.items():
-            total = sum(getattr(frame.variants[name].traffic, row) for frame in frames)
-            statistics.append(Statistic(f"{name}.{row}", total / number, unit, meaning))
+        statistics += measured(name, TRAFFIC, average([frame.variants[name].traffic for frame in frames]))
     checks = [check for index, frame in enumerate(frames) for check in _checks(index, frame)]
     shadow = frames[-1].variants[BRUTE_FORCE].shadow
     values = {statistic.name: statistic.value for statistic in statistics}
-    summary = {key: values[key] for key in ("frames", "triangles", *(f"{name}.total" for name in VARIANTS))}
+    summary = {key: values[key] for key in (*FIRST, *(f"{name}.total" for name in VARIANTS))}
     summary["checks_passed"] = all(check.ok for check in checks)
     return Result(config.name, frames[-1].scene_digest, summary, statistics, checks, shadow, [], {})
 

@@ -81,9 +81,8 @@ def prepare(scene: Scene, light: np.ndarray, eye_view: EyeView, method: Method) 
 
 def draw(view: View, variant: str, resources: Resources, steps: Steps = at_once) -> Variant:
     """Draw all volumes of a view by one of the variants, or by COMBINED: hierarchical within depth bounds."""
-    bounded = variant in (DEPTH_BOUNDS, COMBINED)
-    seen = view.seen._replace(bounds=view.bounds) if bounded else view.seen
-    if variant in (HIERARCHICAL, COMBINED):
+    seen = view.seen._replace(bounds=view.bounds) if is_bounded(variant) else view.seen
+    if is_hierarchical(variant):
         return _hierarchical(view, seen, resources, steps)
     stencil, counts = draw_directly(seen, steps)
     traffic = Traffic(
@@ -96,6 +95,16 @@ def draw(view: View, variant: str, resources: Resources, steps: Steps = at_once)
         sample_operations=0,
     )
     return Variant(view.shown & (values(seen.screen, stencil) > 0), traffic)
+
+
+def is_bounded(variant: str) -> bool:
+    """Whether tiles outside a volume's depth bounds are left out."""
+    return variant in (DEPTH_BOUNDS, COMBINED)
+
+
+def is_hierarchical(variant: str) -> bool:
+    """Whether tiles are classified before they are drawn."""
+    return variant in (HIERARCHICAL, COMBINED)
 
 
 def _hierarchical(view: View, seen: SeenVolumes, resources: Resources, steps: Steps) -> Variant:

@@ -6,10 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from archsim.jit import njit
-from archsim.shadow_volumes.footprint import DepthTest, meet_tiles, trace
+from archsim.jit import compiled, njit
+from archsim.shadow_volumes.footprint import DepthTest, meet_tiles, reached_tiles, trace
+from archsim.shadow_volumes.log import EMIT, TAKE, compute, end_task, put
 from archsim.shadow_volumes.polygon import plane_of, project
 from archsim.shadow_volumes.seen import SeenVolumes, Steps, at_once, new_space
+from archsim.shadow_volumes.stage_logs import drawn
 from archsim.shadow_volumes.stencil import Stencil, draw_tile, new_stencil
 
 
@@ -32,21 +34,49 @@ def draw_directly(seen: SeenVolumes, steps: Steps = at_once) -> tuple[Stencil, D
 @njit
 def _draw(seen, first, end, space, stencil):
     """Draw volumes first ... end - 1: (stencil pixels, depth tiles)."""
+    starts = seen.volumes.starts
+    counts = np.zeros(2, np.int64)
+    for volume in range(first, end):
+        counts += draw_triangles(volume, (starts[volume], starts[volume + 1]), seen, space, stencil)
+    return counts
+
+
+@njit
+def draw_triangles(volume, triangles, seen, space, stencil, logs=None):
+    """Draw triangles (first, end) of a volume: int64 [2] stencil pixels, depth tiles.
+
+    logs: where to write down the units' work, DirectLogs, or None.
+    """
     volumes, points, bounds, screen = seen
     polygon, footprint = space
-    stencil_pixels, depth_tiles = 0, 0
-    for volume in range(first, end):
-        test = DepthTest(volumes.z_pass[volume], bounds[volume, 0], bounds[volume, 1])
-        for index in range(volumes.starts[volume], volumes.starts[volume + 1]):
-            number = project(points, volumes.triangles[index], screen.frustum, polygon)
-            if number == 0:
-                continue
+    counts = np.zeros(2, np.int64)
+    test = DepthTest(volumes.z_pass[volume], bounds[volume, 0], bounds[volume, 1])
+    for index in range(triangles[0], triangles[1]):
+        if logs is not None:
+            put(logs.records, TAKE, 0, 0)
+        number = project(points, volumes.triangles[index], screen.frustum, polygon)
+        if number > 0:
             extent = trace(polygon.corners, number, screen, footprint)
-            plane = plane_of(polygon.corners, number)
-            shape = (footprint, extent, plane, test.z_pass)
-            for place in range(meet_tiles(extent, plane, test, screen, footprint)):
-                tile, relation = footprint.tile[place], footprint.relation[place]
-                updated, fetched = draw_tile(tile, relation, shape, screen, stencil)
-                stencil_pixels += updated
-                depth_tiles += fetched
-    return np.array([stencil_pixels, depth_tiles])
+            shape = (footprint, extent, plane_of(polygon.corners, number), test.z_pass)
+            met = meet_tiles(extent, shape[2], test, screen, footprint)
+            _draw_tiles(met, shape, screen, stencil, counts, logs)
+        if logs is not None:
+            end_task(logs.records)
+    return counts
+
+
+@compiled
+def _draw_tiles(met, shape, screen, stencil, counts, logs):
+    """One polygon in all tiles that it meets."""
+    footprint, extent = shape[0], shape[1]
+    for place in range(met):
+        tile, relation = footprint.tile[place], footprint.relation[place]
+        updated, fetched = draw_tile(tile, relation, shape, screen, stencil)
+        counts[0] += updated
+        counts[1] += fetched
+        if logs is not None:
+            compute(logs.records, 1)
+            put(logs.records, EMIT, 0, 0)
+            drawn(logs.drawing, 1, tile, updated, fetched)
+    if logs is not None:
+        compute(logs.records, max(0, reached_tiles(extent, screen, footprint) - met))

@@ -153,6 +153,16 @@ def meet_tiles(extent, plane, test, screen, footprint):
     return number
 
 
+@compiled
+def reached_tiles(extent, screen, footprint):
+    """Tiles that a low-resolution rasterizer visits for the polygon."""
+    number = 0
+    for row in range(extent.first_tile, extent.end_tile):
+        first, end = _columns(extent, row, screen, footprint)
+        number += max(0, end - first)
+    return number
+
+
 @inlined
 def _columns(extent, row, screen, footprint):
     """Half-open range of tile columns that the polygon reaches in a row of tiles."""

@@ -8,11 +8,13 @@ import numpy as np
 
 from archsim.jit import compiled, njit
 from archsim.shadow_volumes.delay_stream import popped_early, stream_bytes
-from archsim.shadow_volumes.footprint import DepthTest, meet_tiles, trace
+from archsim.shadow_volumes.footprint import DepthTest, meet_tiles, reached_tiles, trace
+from archsim.shadow_volumes.log import EMIT, compute, put
 from archsim.shadow_volumes.polygon import plane_of, project
-from archsim.shadow_volumes.psv_cache import CacheShape, access, new_psv_cache, release
+from archsim.shadow_volumes.psv_cache import CacheShape, PsvCache, access, new_psv_cache, release
 from archsim.shadow_volumes.seen import SeenVolumes, Steps, at_once, new_space
-from archsim.shadow_volumes.stage1 import classify, new_psv_buffers
+from archsim.shadow_volumes.stage1 import PsvBuffers, classify, new_psv_buffers
+from archsim.shadow_volumes.stage_logs import begin_update, drawn, end_update, look_up
 from archsim.shadow_volumes.stencil import Stencil, draw_tile, new_stencil, tile_extremes, values
 from archsim.shadow_volumes.tiles import Screen
 
@@ -25,6 +27,9 @@ class Coarse(NamedTuple):
     state: np.ndarray  # uint8 [num_tiles] LIT, SHADOWED or MIXED
     drawn: np.ndarray  # bool [num_tiles] pixels were drawn since `state` was found
     full_shadow: np.ndarray  # bool [num_tiles] the FS buffer
+
+
+Memory = tuple[tuple[PsvBuffers, PsvCache], tuple[Stencil, Coarse]]  # what the two stages change
 
 
 class HierarchicalCounts(NamedTuple):
@@ -57,20 +62,30 @@ class Outcome(NamedTuple):
 def draw_hierarchically(seen: SeenVolumes, resources: Resources, steps: Steps = at_once) -> Outcome:
     """Draw all volumes; Stage 1 works num_psv_buffers - 1 volumes ahead of Stage 2."""
     volumes, screen = seen.volumes, seen.screen
-    num_tiles, ahead = screen.rows * screen.columns, resources.num_psv_buffers - 1
-    coarse = Coarse(np.zeros(num_tiles, np.uint8), np.zeros(num_tiles, bool), np.zeros(num_tiles, bool))
-    stencil, space = new_stencil(screen), new_space(screen)
-    cache = new_psv_cache(resources.psv_cache, screen, resources.num_psv_buffers)
-    buffers = (new_psv_buffers(screen, resources.num_psv_buffers), cache)
+    space, ahead = new_space(screen), resources.num_psv_buffers - 1
+    buffers, target = new_memory(screen, resources)
     sizes = stream_bytes(volumes.triangles, volumes.starts)
     early = popped_early(sizes, volumes.starts, resources.delay_stream_bytes)
 
     counts = np.zeros(3, np.int64)
     for first, end in steps(len(early) + ahead):
-        counts += _run(seen, (first, end), early, space, buffers, (stencil, coarse))
-    _settle_all(screen, stencil, coarse)
-    counted = HierarchicalCounts(*map(int, (*counts, *cache.moved, 2 * sizes.sum())))
-    return Outcome(_mask(screen, stencil, coarse), coarse.state, counted)
+        counts += _run(seen, (first, end), early, space, buffers, target)
+    finish(screen, (buffers, target))
+    counted = HierarchicalCounts(*map(int, (*counts, *buffers[1].moved, 2 * sizes.sum())))
+    return Outcome(_mask(screen, *target), target[1].state, counted)
+
+
+def new_memory(screen: Screen, resources: Resources) -> Memory:
+    """Cleared."""
+    num_tiles = screen.rows * screen.columns
+    coarse = Coarse(np.zeros(num_tiles, np.uint8), np.zeros(num_tiles, bool), np.zeros(num_tiles, bool))
+    cache = new_psv_cache(resources.psv_cache, screen, resources.num_psv_buffers)
+    return (new_psv_buffers(screen, resources.num_psv_buffers), cache), (new_stencil(screen), coarse)
+
+
+def finish(screen: Screen, memory: Memory) -> None:
+    """Bring the low-resolution stencil buffer up to date when all volumes are drawn."""
+    _settle_all(screen, *memory[1])
 
 
 def _mask(screen: Screen, stencil: Stencil, coarse: Coarse) -> np.ndarray:
@@ -88,10 +103,10 @@ def _run(seen, steps, early, space, buffers, target):
     operations, stencil_pixels, depth_tiles = 0, 0, 0
     for step in range(steps[0], steps[1]):
         if step < len(early):
-            operations += classify(step, step % num_buffers, seen, space, psv, cache)
+            operations += classify(step, _all_of(seen, step), seen, space, buffers)
         volume = step - (num_buffers - 1)
         if volume >= 0:
-            pixels, tiles = _update(volume, early[volume], seen, space, buffers, target)
+            pixels, tiles = update(volume, _all_of(seen, volume), early, seen, space, (buffers, target))
             stencil_pixels += pixels
             depth_tiles += tiles
             release(cache, volume % num_buffers)
@@ -99,29 +114,61 @@ def _run(seen, steps, early, space, buffers, target):
 
 
 @njit
-def _update(volume, early, seen, space, buffers, target):
-    """Stage 2 of one volume: (stencil pixels, depth tiles)."""
+def update(volume, triangles, early, seen, space, memory, logs=None):
+    """Stage 2 of triangles (first, end) of a volume: (stencil pixels, depth tiles).
+
+    memory: Memory. logs: where to write down the units' work, Stage2Logs, or None.
+    """
     volumes, points, bounds, screen = seen
     polygon, footprint = space
-    buffer = volume % len(buffers[0].boundary)
+    buffer = volume % len(memory[0][0].boundary)
     test = DepthTest(volumes.z_pass[volume], bounds[volume, 0], bounds[volume, 1])
     stencil_pixels, depth_tiles = 0, 0
-    for index in range(volumes.starts[volume], volumes.starts[volume + 1]):
+    for index in range(triangles[0], triangles[1]):
+        if logs is not None:
+            begin_update(logs, index == volumes.starts[volume])
         number = project(points, volumes.triangles[index], screen.frustum, polygon)
-        if number == 0:
-            continue
-        extent = trace(polygon.corners, number, screen, footprint)
-        plane = plane_of(polygon.corners, number)
-        unclassified = index - volumes.starts[volume] < early
-        shape = (footprint, extent, plane, test.z_pass)
-        for place in range(meet_tiles(extent, plane, test, screen, footprint)):
-            tile, relation = footprint.tile[place], footprint.relation[place]
-            if not _needs_pixels(tile, (buffer, unclassified, early > 0), screen, buffers, target):
-                continue
-            updated, fetched = draw_tile(tile, relation, shape, screen, target[0])
-            stencil_pixels += updated
-            depth_tiles += fetched
+        if number > 0:
+            extent = trace(polygon.corners, number, screen, footprint)
+            shape = (footprint, extent, plane_of(polygon.corners, number), test.z_pass)
+            state = (buffer, index - volumes.starts[volume] < early[volume], early[volume] > 0)
+            met = meet_tiles(extent, shape[2], test, screen, footprint)
+            pixels, tiles = _update_tiles(met, state, shape, screen, memory, logs)
+            stencil_pixels += pixels
+            depth_tiles += tiles
+        if logs is not None:
+            end_update(logs, index + 1 == volumes.starts[volume + 1])
     return stencil_pixels, depth_tiles
+
+
+@compiled
+def _update_tiles(met, state, shape, screen, memory, logs):
+    """One triangle in all tiles that it meets: (stencil pixels, depth tiles). state: see `_needs_pixels`."""
+    footprint, extent = shape[0], shape[1]
+    buffers, target = memory
+    stencil_pixels, depth_tiles = 0, 0
+    for place in range(met):
+        tile, relation = footprint.tile[place], footprint.relation[place]
+        if logs is not None:
+            compute(logs.records, 1)
+            look_up(logs, buffers, state[0], footprint.tile, place, screen)
+        if not _needs_pixels(tile, state, screen, buffers, target):
+            continue
+        updated, fetched = draw_tile(tile, relation, shape, screen, target[0])
+        stencil_pixels += updated
+        depth_tiles += fetched
+        if logs is not None:
+            put(logs.records, EMIT, 0, 0)
+            drawn(logs.drawing, 0, tile, updated, fetched)
+    if logs is not None:
+        compute(logs.records, max(0, reached_tiles(extent, screen, footprint) - met))
+    return stencil_pixels, depth_tiles
+
+
+@njit
+def _all_of(seen, volume):
+    """Half-open range of a volume's triangles."""
+    return seen.volumes.starts[volume], seen.volumes.starts[volume + 1]
 
 
 @compiled

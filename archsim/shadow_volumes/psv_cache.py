@@ -60,11 +60,17 @@ def block_grid(screen: Screen) -> tuple[int, int]:
 
 
 @compiled
-def access(cache, buffer, block_row, block_column, write):
-    """Look up a block's entry in a PSV buffer, and make it dirty if it is written."""
+def entry_of(cache, buffer, block_row, block_column):
+    """Place of a block's entry in the PSV buffers, in entries: clear areas one after the other, row by row."""
     area = (block_row // CLEAR_SIDE) * (cache.entry_columns // CLEAR_SIDE) + block_column // CLEAR_SIDE
     entry = area * CLEAR_SIDE * CLEAR_SIDE + (block_row % CLEAR_SIDE) * CLEAR_SIDE + block_column % CLEAR_SIDE
-    name = buffer * cache.lines_per_buffer + entry // cache.entries_per_line
+    return buffer * cache.lines_per_buffer * cache.entries_per_line + entry
+
+
+@compiled
+def access(cache, buffer, block_row, block_column, write):
+    """Look up a block's entry in a PSV buffer, and make it dirty if it is written."""
+    name = entry_of(cache, buffer, block_row, block_column) // cache.entries_per_line
     row = name % cache.line.shape[0]
     ways = cache.line.shape[1]
     place = 0

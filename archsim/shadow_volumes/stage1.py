@@ -7,9 +7,18 @@ from typing import NamedTuple
 import numpy as np
 
 from archsim.jit import compiled, njit
-from archsim.shadow_volumes.footprint import CUTS, DepthTest, covers_sample, meet_tiles, trace
+from archsim.shadow_volumes.footprint import (
+    CUTS,
+    DepthTest,
+    covers_sample,
+    meet_tiles,
+    reached_tiles,
+    trace,
+)
+from archsim.shadow_volumes.log import compute
 from archsim.shadow_volumes.polygon import plane_of, project
 from archsim.shadow_volumes.psv_cache import access, block_grid
+from archsim.shadow_volumes.stage_logs import begin_triangle, change_entry, end_triangle
 from archsim.shadow_volumes.tiles import Screen
 
 
@@ -31,28 +40,54 @@ def new_psv_buffers(screen: Screen, num_buffers: int) -> PsvBuffers:
 
 
 @njit
-def classify(volume, buffer, seen, space, psv, cache):
-    """Classify all tiles for one volume into a PSV buffer; the number of stencil operations on samples."""
+def classify(volume, triangles, seen, space, buffers, log=None):
+    """Take triangles (first, end) of a volume into its PSV buffer; the number of stencil operations on samples.
+
+    log: where to write down the unit's work, a Stage1Log, or None.
+    """
     volumes, points, bounds, screen = seen
     polygon, footprint = space
-    psv.boundary[buffer] = False
-    psv.first[buffer] = True
-    psv.stencil[buffer] = 0
+    psv = buffers[0]
+    buffer = volume % len(psv.boundary)
+    if triangles[0] == volumes.starts[volume]:
+        psv.boundary[buffer] = False
+        psv.first[buffer] = True
+        psv.stencil[buffer] = 0
     test = DepthTest(volumes.z_pass[volume], bounds[volume, 0], bounds[volume, 1])
     operations = 0
-    for index in range(volumes.starts[volume], volumes.starts[volume + 1]):
+    for index in range(triangles[0], triangles[1]):
+        if log is not None:
+            begin_triangle(log, buffers[1], buffer, index == volumes.starts[volume])
         number = project(points, volumes.triangles[index], screen.frustum, polygon)
-        if number == 0:
-            continue
-        extent = trace(polygon.corners, number, screen, footprint)
-        plane = plane_of(polygon.corners, number)
-        met = meet_tiles(extent, plane, test, screen, footprint)
-        place = 0
-        while place < met:
-            end = block_end(footprint, place, met, screen)
-            triangle = (footprint, extent, test.z_pass)
-            operations += _classify_block((place, end), triangle, buffer, screen, psv, cache)
-            place = end
+        if number > 0:
+            extent = trace(polygon.corners, number, screen, footprint)
+            plane = plane_of(polygon.corners, number)
+            met = meet_tiles(extent, plane, test, screen, footprint)
+            operations += _classify_blocks(
+                met, (footprint, extent, test.z_pass), buffer, screen, buffers, log
+            )
+        if log is not None:
+            end_triangle(log, index, index + 1 == volumes.starts[volume + 1])
+    return operations
+
+
+@compiled
+def _classify_blocks(met, triangle, buffer, screen, buffers, log):
+    """One triangle in all blocks that it meets; tiles whose sample it changes."""
+    footprint, extent, _ = triangle
+    place, operations, visited = 0, 0, 0
+    while place < met:
+        end = block_end(footprint, place, met, screen)
+        changed, accessed = _classify_block((place, end), triangle, buffer, screen, buffers)
+        operations += changed
+        if log is not None:
+            compute(log.records, end - place)
+            visited += end - place
+            if accessed:
+                change_entry(log, buffers[1], buffer, footprint.tile[place], screen)
+        place = end
+    if log is not None:
+        compute(log.records, max(0, reached_tiles(extent, screen, footprint) - visited))
     return operations
 
 
@@ -72,14 +107,15 @@ def block_end(footprint, place, met, screen):
 
 
 @compiled
-def _classify_block(places, triangle, buffer, screen, psv, cache):
-    """One triangle in one block of 2 x 2 tiles; tiles whose sample it changes.
+def _classify_block(places, triangle, buffer, screen, buffers):
+    """One triangle in one block of 2 x 2 tiles: (tiles whose sample it changes, whether the PSV entry was needed).
 
     The tiles share their stencil value, but a triangle can be behind one and before another. Then the value is that of
     those that it is behind, and the others become boundary tiles, which never does harm.
     """
     place, end = places
     footprint, extent, z_pass = triangle
+    psv, cache = buffers
     block_row = footprint.tile[place] // screen.columns // 2
     block_column = footprint.tile[place] % screen.columns // 2
     sample = covers_sample(extent, footprint, block_row, block_column)
@@ -93,9 +129,10 @@ def _classify_block(places, triangle, buffer, screen, psv, cache):
     if changed > 0:
         psv.stencil[buffer, block_row, block_column] += sample if z_pass else -sample
         _mark_others(places, footprint, block_row, block_column, psv.boundary[buffer], screen)
-    if cut or changed > 0:
+    accessed = cut or changed > 0
+    if accessed:
         access(cache, buffer, block_row, block_column, True)
-    return changed
+    return changed, accessed
 
 
 @compiled

@@ -18,7 +18,8 @@ import yaml
 
 from archsim.config import WalkthroughConfig, load_walkthrough
 from archsim.raster.eye_view import eye_view
-from archsim.run.walkthrough import method_of
+from archsim.run.shadow_volumes import method_of
+from archsim.run.walkthrough import resources_of
 from archsim.scene.scene import load_scene
 from archsim.shadow_volumes.comparison import BRUTE_FORCE, draw, prepare
 
@@ -141,7 +142,10 @@ def _rounded(point: np.ndarray) -> list[float]:
 
 def _brute_force(config: WalkthroughConfig) -> tuple[Printed, float]:
     """The printed quantities of one frame, and the share of the picture that is in shadow."""
-    scene, method = load_scene(config.scene), method_of(config.shadow_volumes)
+    scene, method = (
+        load_scene(config.scene),
+        method_of(config.shadow_volumes, resources_of(config.shadow_volumes)),
+    )
     seen = eye_view(scene.mesh, scene.camera, scene.width, scene.height)
     view = prepare(scene, scene.lights[config.shadow_volumes.light].position, seen, method)
     drawn = draw(view, BRUTE_FORCE, method.resources)

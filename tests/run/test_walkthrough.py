@@ -40,10 +40,10 @@ def test_statistics_are_averages_of_frames():
     single = [
         simulate_walkthrough(small("frames=1", f"keyframes=[{{light: {place}}}]")) for place in lights()
     ]
-    for name in ("brute_force.stencil_pixels", "hierarchical.total", "triangles"):
+    for name in ("brute_force.stencil_pixels", "hierarchical.total", "walkthrough.triangles"):
         assert walk.value(name) == pytest.approx(np.mean([result.value(name) for result in single]))
     assert walk.ok
-    assert walk.value("triangles") == 8
+    assert walk.value("walkthrough.triangles") == 8
 
 
 def lights():

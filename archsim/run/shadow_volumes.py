@@ -1,0 +1,118 @@
+"""One light's shadow volumes on a pipeline: drawn, their work played, the mask checked against brute force."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from archsim.config import MachineConfig, RunConfig, ShadowVolumesConfig, VolumesConfig
+from archsim.config.components import CacheConfig
+from archsim.config.stages import DelayStreamConfig, PoolConfig
+from archsim.errors import ArchsimError, Problem, fail
+from archsim.machine.pipeline.build import PipelineMachine, pipeline_machine
+from archsim.machine.pipeline.counters import PipelineCounters
+from archsim.machine.pipeline.play import play
+from archsim.raster.eye_view import eye_view
+from archsim.run.measure import measured
+from archsim.run.pipeline_metrics import pipeline_checks, pipeline_statistics
+from archsim.run.progress import Progress, silent
+from archsim.run.result import Check, Result
+from archsim.run.shadow_volume_statistics import TRAFFIC, WORKLOAD
+from archsim.scene.scene import Scene, digest, load_scene
+from archsim.shadow_volumes.casters import Grouping
+from archsim.shadow_volumes.comparison import BRUTE_FORCE, Method, Traffic, View, draw, prepare
+from archsim.shadow_volumes.hierarchical import Resources
+from archsim.shadow_volumes.psv_cache import CacheShape
+from archsim.shadow_volumes.volumes import Counting, Extrusion
+from archsim.shadow_volumes.work import UNITS, needed_bytes, pipeline_work
+
+PHASE = "shadow_volumes"
+PSV_BUFFERS, PSV_CACHE, DELAY_STREAM = "psv_buffers", "psv_cache", "delay_stream"  # components of the machine
+
+
+def simulate_shadow_volumes(config: RunConfig, progress: Progress = silent) -> Result:
+    """Draw and play the volumes of one light; `config` is a checked RunConfig of this kind."""
+    workload = config.workload
+    assert isinstance(workload, ShadowVolumesConfig)
+    machine, resources = pipeline_machine(config.machine), resources_of(config.machine)
+    method, scene = method_of(workload, resources), load_scene(config.scene)
+    view = prepare_light(scene, workload.light, method)
+    _check_memory(config.machine, machine, view, resources)
+
+    expected, drawn = draw(view, BRUTE_FORCE, resources), draw(view, workload.variant, resources)
+    twice = workload.submission == "twice"
+    work = pipeline_work(view, workload.variant, resources, twice)
+    counters = play(config.model, machine, work, lambda done: progress(PHASE, done, max(done, 1)))
+
+    different = int((drawn.shadow != expected.shadow).sum())
+    checks = [
+        Check("shadow mask of brute force", different == 0, f"{different} pixels differ"),
+        *_traffic_checks(counters, drawn.traffic, twice),
+        *pipeline_checks(PHASE, machine, counters),
+    ]
+    statistics = [
+        *measured("workload", WORKLOAD, view),
+        *measured("traffic", TRAFFIC, drawn.traffic),
+        *pipeline_statistics(PHASE, machine, counters),
+    ]
+    values = {statistic.name: statistic.value for statistic in statistics}
+    first = (
+        "workload.triangles",
+        "workload.volumes",
+        "traffic.total",
+        "traffic.processed",
+        f"{PHASE}.cycles",
+    )
+    summary = {**{name: values[name] for name in first}, "checks_passed": all(check.ok for check in checks)}
+    return Result(config.name, digest(scene), summary, statistics, checks, drawn.shadow, [], {})
+
+
+def prepare_light(scene: Scene, light: int, method: Method) -> View:
+    """The volumes of one of the scene's lights in its view."""
+    seen = eye_view(scene.mesh, scene.camera, scene.width, scene.height)
+    return prepare(scene, np.asarray(scene.lights[light].position, np.float64), seen, method)
+
+
+def method_of(config: VolumesConfig, resources: Resources) -> Method:
+    """The algorithm's choices in a checked section."""
+    grouping, counting = Grouping[config.casters.upper()], Counting[config.counting.upper()]
+    return Method(Extrusion(grouping, counting, config.range), config.tile, resources)
+
+
+def resources_of(machine: MachineConfig) -> Resources:
+    """What the machine has for the hierarchical algorithm. ArchsimError if something is missing."""
+    kinds = {PSV_BUFFERS: "pool", PSV_CACHE: "cache", DELAY_STREAM: "delay_stream"}
+    problems = [
+        Problem(None, f"machine '{machine.name}' has no {kind} '{name}', which shadow volumes need")
+        for name, kind in kinds.items()
+        if name not in machine.components or machine.components[name].kind != kind
+    ]
+    if problems:
+        raise ArchsimError(problems)
+    pool, cache, stream = (machine.components[name] for name in kinds)
+    assert isinstance(pool, PoolConfig)
+    assert isinstance(cache, CacheConfig)
+    assert isinstance(stream, DelayStreamConfig)
+    return Resources(pool.count, CacheShape(cache.size, cache.line, cache.ways), stream.size)
+
+
+def _check_memory(config: MachineConfig, machine: PipelineMachine, view: View, resources: Resources) -> None:
+    """ArchsimError if the buffers do not fit into the memory, or reach into the delay stream."""
+    needed = needed_bytes(view.seen.screen, resources.num_psv_buffers)
+    stream = config.components[DELAY_STREAM]
+    assert isinstance(stream, DelayStreamConfig)
+    free = min(machine.dram_bytes, stream.address)
+    if needed > free:
+        raise fail(f"the buffers of this run end at {needed} bytes, but memory or delay stream at {free}")
+
+
+def _traffic_checks(counters: PipelineCounters, traffic: Traffic, twice: bool) -> list[Check]:
+    """What the units moved is what the algorithm says."""
+    loaded = dict(zip(UNITS, counters.unit_load_bytes.tolist(), strict=True))
+    stored = dict(zip(UNITS, counters.unit_store_bytes.tolist(), strict=True))
+    pairs = [
+        ("stencil bytes", loaded["stencil"] + stored["stencil"], traffic.stencil_shadow),
+        ("depth bytes", loaded["depth"], traffic.depth_shadow),
+        ("lighting bytes", loaded["lighting"], traffic.stencil_lighting),
+        ("delay stream bytes", 2 * int(counters.stream_bytes.sum()), 0 if twice else traffic.delay_stream),
+    ]
+    return [Check(f"{PHASE}: {name} = the algorithm's", a == b, f"{a} = {b}") for name, a, b in pairs]

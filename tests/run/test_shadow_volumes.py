@@ -1,0 +1,88 @@
+"""Shadow volumes on the paper's pipeline: both models, every variant, overflow and exhaustion."""
+
+import pytest
+
+from archsim.config import load_run
+from archsim.errors import ArchsimError
+from archsim.run import simulate
+
+SMALL = [
+    "scene.resolution=[72,56]",
+    "scene.mesh.parameters.knights=3",
+    "scene.mesh.parameters.radius=1.5",
+    "scene.lights.0.position=[3, 1, 6]",
+    "scene.camera.eye=[0, -7, 2]",
+    "workload.range=20",
+]
+
+
+def run(*overrides):
+    return simulate(load_run("runs/hsv_knights_hierarchical.yaml", [*SMALL, *overrides]))
+
+
+def failed(result):
+    return [check for check in result.checks if not check.ok]
+
+
+@pytest.mark.parametrize(
+    "overrides",
+    [
+        (),
+        ("workload.variant=brute_force",),
+        ("workload.variant=depth_bounds",),
+        ("workload.variant=combined",),
+        ("workload.submission=twice",),
+        ("workload.casters=parts", "workload.counting=adaptive", "machine.components.psv_buffers.count=1"),
+        ("workload.casters=whole", "machine.components.delay_stream.size=1 KiB"),
+    ],
+    ids=lambda overrides: " ".join(overrides) or "hierarchical",
+)
+def test_both_models_play_every_variant_alike_and_by_the_laws(overrides):
+    compiled, reference = run(*overrides), run(*overrides, "model=reference")
+    assert not failed(compiled)
+    assert compiled.statistics == reference.statistics
+    assert compiled.shadow.any()
+    assert compiled.value("shadow_volumes.cycles") > 0
+
+
+def test_the_mask_is_that_of_brute_force_whatever_the_machine():
+    masks = [
+        run(*overrides).shadow for overrides in ((), ("workload.variant=brute_force",), ("workload.tile=4",))
+    ]
+    assert (masks[0] == masks[1]).all()
+    assert (masks[0] == masks[2]).all()
+
+
+def test_a_small_delay_stream_releases_triangles_early_and_costs_pixels():
+    roomy, tight = (
+        run("workload.casters=whole"),
+        run("workload.casters=whole", "machine.components.delay_stream.size=1 KiB"),
+    )
+    assert roomy.value("shadow_volumes.delay_stream.early") == 0
+    assert tight.value("shadow_volumes.delay_stream.early") > 0
+    assert tight.value("traffic.stencil_pixels") > roomy.value("traffic.stencil_pixels")
+    assert (tight.shadow == roomy.shadow).all()
+
+
+def test_few_psv_buffers_make_stage_1_wait():
+    stalls = {
+        count: run("workload.casters=parts", f"machine.components.psv_buffers.count={count}").value(
+            "shadow_volumes.stage_1.stall.pool_percent"
+        )
+        for count in (1, 8)
+    }
+    assert stalls[1] > stalls[8]
+
+
+@pytest.mark.parametrize(
+    ("overrides", "problem"),
+    [
+        (("machine={base: machines/tiny.yaml}",), "runs on a pipeline, and this machine has cores"),
+        (("machine={base: machines/tiny_pipeline.yaml}",), "has no pool 'psv_buffers'"),
+        (("workload.light=1",), "must be below 1, not 1: the scene has one light"),
+        (("machine.components.delay_stream.address=1 KiB",), "the buffers of this run end at"),
+    ],
+)
+def test_runs_that_cannot_be_played_are_refused(overrides, problem):
+    with pytest.raises(ArchsimError, match=problem):
+        run(*overrides)
