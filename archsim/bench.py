@@ -1,4 +1,4 @@
-"""How fast this computer simulates: kernels, timing and caches of an irregular shadow map, and a DRAM alone."""
+"""How fast this computer simulates: kernels, timing and caches of an irregular shadow map, a DRAM alone, a pipeline."""
 
 from __future__ import annotations
 
@@ -11,18 +11,20 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from archsim.config import RunConfig, load_run
+from archsim.config import RunConfig, load_machine, load_run
 from archsim.machine.build import PhaseMachine, phase_machine
 from archsim.machine.compiled import simulate
 from archsim.machine.dram_alone.compiled import simulate as serve
 from archsim.machine.dram_alone.stream import Requests
 from archsim.machine.entry import path_from
+from archsim.machine.pipeline.build import pipeline_machine
+from archsim.machine.pipeline.play import play
 from archsim.model.cache.functional import new_chain, replay
 from archsim.run.izb_subject import subject_of
 from archsim.run.izb_work import prepare
 from archsim.run.progress import Progress, silent
-from archsim.trace.records import Op, Tasks, num_instructions
-from archsim.trace.stream import Work
+from archsim.trace.records import RECORD, Op, Tasks, num_instructions
+from archsim.trace.stream import PipelineWork, Work
 
 RUN = "runs/izb_bloodprison_light0.yaml"
 OVERRIDES = ("scene.resolution=[640, 512]",)
@@ -30,7 +32,14 @@ CACHE_REPLAY = "cache.replay"
 DRAM_RANDOM, DRAM_SEQUENTIAL = "dram.random", "dram.sequential"
 DRAM_REQUESTS = 500_000
 REPETITIONS = 3  # the fastest counts: other work on the computer only ever slows one down
-UNITS = {CACHE_REPLAY: "accesses/s", DRAM_RANDOM: "requests/s", DRAM_SEQUENTIAL: "requests/s"}
+PIPELINE = "pipeline.timing"
+PIPELINE_TILES = 1 << 17
+UNITS = {
+    CACHE_REPLAY: "accesses/s",
+    DRAM_RANDOM: "requests/s",
+    DRAM_SEQUENTIAL: "requests/s",
+    PIPELINE: "tasks/s",
+}
 _MEBIBYTE = 2**20
 
 
@@ -68,7 +77,7 @@ def _speeds(config: RunConfig) -> dict[str, float]:
         speeds |= {f"{phase}.{what}": speed for what, speed in found.items()}
         accesses += [_accesses(tasks.records) for tasks in chunks]
     speeds[CACHE_REPLAY] = _cache_replay(config, np.concatenate(accesses))
-    return speeds | _dram_alone(config)
+    return speeds | _dram_alone(config) | {PIPELINE: _pipeline()}
 
 
 def _phase(machine: PhaseMachine, work: Work) -> tuple[dict[str, float], list[Tasks]]:
@@ -109,6 +118,34 @@ def _dram_alone(config: RunConfig) -> dict[str, float]:
         _, seconds = _timed(partial(serve, machine.spec.dram, line_bytes, [requests]))
         speeds[name] = DRAM_REQUESTS / seconds
     return speeds
+
+
+def _pipeline() -> float:
+    """Tasks a second of four units that draw tiles: two hand them on, one reads depths, one updates a stencil."""
+    machine = pipeline_machine(load_machine("machines/aila2004.yaml"))
+    tile = np.arange(PIPELINE_TILES) * 37 % 20480  # of 1280 x 1024 pixels
+    depth, stencil = tile * 128, (1 << 22) + tile * 64
+    plain, take = (Op.EMIT, 2, 0, 0), (Op.TAKE, 0, 0, 0)
+    pass_on = (Op.EMIT, 0, 0, 0)
+    work = {
+        "geometry": _repeated([plain], {}),
+        "rasterizer": _repeated([take, pass_on], {}),
+        "depth": _repeated([(Op.TAKE, 1, 0, 0), (Op.LOAD, 0, 0, 128), pass_on], {1: depth}),
+        "stencil": _repeated([take, (Op.LOAD, 0, 0, 64), (Op.STORE, 0, 64, 64)], {1: stencil, 2: stencil}),
+    }
+    nothing = Tasks(np.zeros(1, np.int64), np.zeros(0, RECORD))
+    chunk = tuple(work.get(unit, nothing) for unit in machine.units)
+    _, seconds = _timed(lambda: play("compiled", machine, PipelineWork(machine.units, iter([chunk]))))
+    return len(work) * PIPELINE_TILES / seconds
+
+
+def _repeated(task: list[tuple[int, int, int, int]], addresses: dict[int, np.ndarray]) -> Tasks:
+    """PIPELINE_TILES tasks of (operation, address, steps, bytes) each, some records with addresses of their own."""
+    once = [(address, steps, size, op) for op, address, steps, size in [*task, (Op.END, 0, 0, 0)]]
+    records = np.tile(np.array(once, RECORD), PIPELINE_TILES)
+    for place, own in addresses.items():
+        records["address"][place :: len(once)] = own
+    return Tasks(np.arange(PIPELINE_TILES + 1) * len(once), records)
 
 
 def _timed(action: Callable[[], Any]) -> tuple[Any, float]:

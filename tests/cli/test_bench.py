@@ -20,11 +20,13 @@ def test_every_phase_is_measured():
         "cache.replay",
         "dram.random",
         "dram.sequential",
+        "pipeline.timing",
         "peak_memory",
     ]
     assert all(row.value > 0 for row in rows.values())
     assert rows["izb_build.timing"].unit == "simulated instructions/s"
     assert rows["cache.replay"].unit == "accesses/s"
+    assert rows["pipeline.timing"].unit == "tasks/s"
 
 
 def test_json_is_a_list_of_rows(monkeypatch):
