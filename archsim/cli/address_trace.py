@@ -5,25 +5,25 @@ from __future__ import annotations
 from pathlib import Path
 from typing import NamedTuple
 
-import typer
 from rich.console import Console
 from rich.table import Table
 
 from archsim.cli.bars import Bars
-from archsim.cli.configs import find_config
-from archsim.cli.edge import FAILED_CHECK
-from archsim.config import MachineConfig, load_machine
+from archsim.cli.configs import find_config, find_run
+from archsim.cli.run import report_failed
+from archsim.config import MachineConfig, load_machine, load_run
 from archsim.config.components import CoreConfig
 from archsim.config.dram import DramConfig, IdealDramConfig
 from archsim.errors import did_you_mean, fail
 from archsim.machine.build import group_machine
 from archsim.machine.play import MODELS
 from archsim.report.formats import number, words
-from archsim.run.folder import as_json
+from archsim.run.export import export
+from archsim.run.folder import MANIFEST, as_json
 from archsim.run.replay import Play, Replay, level_named, replay_with_time, replay_without_time
 from archsim.run.replay_dram import dram_part, replay_on_dram
 from archsim.trace.accesses import Accesses
-from archsim.trace.files import read_accesses
+from archsim.trace.files import read_accesses, trace_writer
 from archsim.trace.formats.languages import Format, Language, format_named
 from archsim.trace.summary import summarize
 
@@ -66,8 +66,7 @@ def replay(file: Path, form_name: str, options: ReplayOptions, json_only: bool) 
         print(as_json(found.tree()), end="")
     else:
         _print_replay(found)
-    if not found.ok:
-        raise typer.Exit(FAILED_CHECK)
+    report_failed((found.name, check) for check in found.checks)
 
 
 def _check(options: ReplayOptions) -> None:
@@ -124,3 +123,18 @@ def _print_replay(found: Replay) -> None:
     for bucket in found.latency:
         table.add_row(f"reads of {bucket.least} to {bucket.most} clocks", number(bucket.reads), "reads")
     Console().print(table)
+
+
+def export_run(
+    run: str, form_name: str, at: str, phase: str | None, out: Path | None, overrides: list[str]
+) -> None:
+    """Write a run's requests at one level, and say where."""
+    form = format_named(form_name)
+    folder = Path(run)
+    config_file = folder / "config.yaml" if (folder / MANIFEST).is_file() else None
+    config = load_run(config_file or find_run(run), overrides)
+    target = out or Path(f"{config.name}-{at.lower()}.{form.name}")
+    with Bars() as bars, trace_writer(target, form) as writer:
+        result = export(config, at, phase, writer.write, bars)
+    print(f"{writer.count:,} requests at {at} written to {target}")
+    report_failed((result.name, check) for check in result.checks)

@@ -23,7 +23,7 @@ FormatName = Annotated[
 ]
 Overrides = Annotated[
     list[str] | None,
-    typer.Option("--set", metavar="PATH=VALUE", help="Set a value of the machine. Repeatable."),
+    typer.Option("--set", metavar="PATH=VALUE", help="Set a value of the machine or run. Repeatable."),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON to stdout and nothing else.")]
 
@@ -119,3 +119,28 @@ def _record_dram(
     from archsim.cli.command_trace import record_dram
 
     record_dram(run, overrides or [], phase, out)
+
+
+@trace_app.command("export")
+@at_the_edge
+def _export(
+    run: Annotated[
+        str, typer.Argument(metavar="RUN", help="A run's YAML file, a packaged run's name, or a run folder.")
+    ],
+    form: FormatName,
+    at: Annotated[
+        str, typer.Option("--at", metavar="LEVEL", help="L1, L2 ..., a cache's name, or dram.")
+    ] = "L1",
+    phase: Annotated[
+        str | None,
+        typer.Option("--phase", metavar="NAME", help="izb_clear, izb_build or izb_raster; all if not given."),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="FILE", help="The trace; compressed if it ends in .gz.")
+    ] = None,
+    overrides: Overrides = None,
+) -> None:
+    """Simulate a run and write the requests that reach a level of its machine."""
+    from archsim.cli.address_trace import export_run
+
+    export_run(run, form, at, phase, out, overrides or [])

@@ -13,6 +13,8 @@ from archsim.machine.loading import load_next, nothing_loaded
 from archsim.machine.loop import BAD_UNLOCK, NEEDS_ROOM, NEEDS_TASKS, play
 from archsim.machine.spec import MachineSpec
 from archsim.machine.state import ANSWER, RUN, Machine, State
+from archsim.machine.watch import Watch
+from archsim.machine.watching import Collector
 from archsim.model.cache.compiled import (
     CACHE_COUNTS,
     HIT,
@@ -45,14 +47,19 @@ Progress = Callable[[int, int], Any]  # called with the tasks finished and all t
 
 
 def simulate(
-    spec: MachineSpec, work: Work, progress: Progress | None = None, sink: CommandSink | None = None
+    spec: MachineSpec,
+    work: Work,
+    progress: Progress | None = None,
+    sink: CommandSink | None = None,
+    watch: Watch | None = None,
 ) -> Counters:
     """Play the work to its end and to the last request's; the DRAM's commands go to `sink`.
 
     Raises ArchsimError for work that cannot be played.
     """
     machine = _machine(spec)
-    state = _initial_state(spec, machine, work.num_tasks)
+    state = _initial_state(spec, machine, work.num_tasks, () if watch is None else watch.places)
+    collector = None if watch is None else Collector(spec, watch)
     if sink is not None:
         state = state._replace(dram=recording(state.dram))
     if work.num_tasks == 0:
@@ -65,6 +72,8 @@ def simulate(
                 progress(int(state.run[0]["finished"]), work.num_tasks)
             state = _with_next_chunk(spec, state, work)
         elif status == NEEDS_ROOM:
+            if collector is not None:
+                collector.collect(state, is_over=False)
             state = _with_room(machine, state)
             if sink is not None:
                 take_log(state.dram, sink)
@@ -75,6 +84,8 @@ def simulate(
 
     if state.run[0]["finished"] < work.num_tasks or np.any(state.cache.inbox.ends["count"]):
         raise _deadlock(spec, state)
+    if collector is not None:
+        collector.collect(state, is_over=True)
     if progress is not None:
         progress(work.num_tasks, work.num_tasks)
     if sink is not None:
@@ -113,7 +124,7 @@ def check_memory(caches: tuple[CacheSpec, ...], dram: DramSpec) -> None:
         raise fail("dram: the bank field addresses more banks than there are")
 
 
-def _initial_state(spec: MachineSpec, machine: Machine, num_tasks: int) -> State:
+def _initial_state(spec: MachineSpec, machine: Machine, num_tasks: int, watched: tuple[int, ...]) -> State:
     """Tick 0: all threads ready without a task, caches and queues empty, no task loaded."""
     num_caches = len(spec.caches)
     num_threads = spec.core.num_cores * spec.core.num_threads
@@ -134,7 +145,7 @@ def _initial_state(spec: MachineSpec, machine: Machine, num_tasks: int) -> State
         locks=new_locks(spec.locks, num_threads),
         source=new_source(),
         fifo=fifo,
-        cache=new_caches(machine.caches, spec.caches, queue_capacity),
+        cache=new_caches(machine.caches, spec.caches, queue_capacity, watched),
         dram=new_dram(machine.dram, queue_capacity),
         answers=new_queues(2, num_fetches, ANSWER),
         filling=np.zeros(num_fetches, np.int64),

@@ -11,6 +11,7 @@ from archsim.model import compiled as queue_model
 from archsim.model.cache import arbitration, compiled_clear
 from archsim.model.cache import compiled as cache_model
 from archsim.model.cache.compiled import (
+    CLEAR,
     MERGE,
     NO_LINE,
     NO_MSHR,
@@ -32,6 +33,8 @@ from archsim.model.dram.compiled import NO_REQUESTER
 def access(spec: Machine, state: State, cycle, core, request):
     """A core asks its cache. A cache that only this core talks to can look at once: nobody else comes in `cycle`."""
     cache = spec.core_cache[core]
+    if state.cache.watched[cache] and request.kind != CLEAR:
+        _see(state, cycle, request.requester, request)
     at_once = spec.is_private[cache] and queue_model.num_items(state.cache.inbox, cache) == 0
     if not (at_once and _accept(spec, state, cycle, cache, request)):
         put(spec, state, cycle, cache, core, request)
@@ -197,6 +200,18 @@ def _answer_fetch(state, arrival, supplier, requester):
 
 
 @step
+def _see(state, arrival, sender, request):
+    """Note a request that reaches a place that is watched; ask for room long before there is none."""
+    seen = state.cache.seen[state.cache.num_seen[0]]
+    seen["cycle"], seen["address"], seen["bytes"] = arrival, request.address, request.bytes
+    seen["requester"], seen["is_write"] = sender, request.kind != READ
+    state.cache.num_seen[0] += 1
+    if 2 * state.cache.num_seen[0] > len(state.cache.seen):
+        state.run[0]["needs_room"] = 1
+        state.run[0]["horizon"] = 0
+
+
+@step
 def _send(spec, state, arrival, cache, request):
     """Send a request that reaches the next level in cycle `arrival`, in parts as that one wants; (parts, bytes)."""
     one = spec.caches[cache]
@@ -205,13 +220,16 @@ def _send(spec, state, arrival, cache, request):
     if one["parent"] == DRAM_PARENT:
         start = request.address // one["grain"] * one["grain"]
         end = (end + one["grain"] - 1) // one["grain"] * one["grain"]
-        _send_to_dram(
-            spec, state, arrival, cache, Request(start, end - start, request.kind, request.requester)
-        )
+        whole = Request(start, end - start, request.kind, request.requester)
+        if state.cache.watched[DRAM_PARENT]:
+            _see(state, arrival, cache, whole)
+        _send_to_dram(spec, state, arrival, cache, whole)
         return 1, end - start
     while start < end:
         stop = min(((start >> one["cut_shift"]) + 1) << one["cut_shift"], end)
         part = Request(start, stop - start, request.kind, request.requester)
+        if state.cache.watched[one["parent"]]:
+            _see(state, arrival, cache, part)
         put(spec, state, arrival, one["parent"], spec.core.num_cores + cache, part)
         start = stop
         parts += 1

@@ -7,6 +7,7 @@ from importlib import import_module
 
 from archsim.machine.counters import Counters
 from archsim.machine.spec import MachineSpec
+from archsim.machine.watch import Watch
 from archsim.model.dram.commands import CommandSink
 from archsim.trace.stream import Work
 
@@ -19,6 +20,7 @@ def play(
     work: Work,
     progress: Callable[[int, int], None] | None = None,
     sink: CommandSink | None = None,
+    watch: Watch | None = None,
 ) -> Counters:
     """Counters of the work on the machine; the DRAM's commands go to `sink`.
 
@@ -26,5 +28,6 @@ def play(
     """
     if model not in MODELS:
         raise ValueError(f"no model named {model!r}")
-    counters: Counters = import_module(f"archsim.machine.{model}").simulate(spec, work, progress, sink)
+    simulate = import_module(f"archsim.machine.{model}").simulate
+    counters: Counters = simulate(spec, work, progress, sink, watch=watch)
     return counters

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterable, Sequence
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import simpy
@@ -12,7 +12,8 @@ from archsim.errors import DeadlockError, Problem, fail
 from archsim.machine.checking import check_tasks
 from archsim.machine.counters import Counters
 from archsim.machine.spec import MachineSpec
-from archsim.model.cache.reference import CACHE_COUNTS, Cache, Kind
+from archsim.machine.watch import SEEN, Watch, in_order, tell
+from archsim.model.cache.reference import CACHE_COUNTS, Cache, Kind, Request
 from archsim.model.cache.spec import DRAM_PARENT, CacheSpec
 from archsim.model.core.reference import LOCK, NO_WORK, Core, State, Thread
 from archsim.model.core.spec import TaskOrder
@@ -34,6 +35,7 @@ def simulate(
     progress: Progress | None = None,
     sink: CommandSink | None = None,
     observe: Callable[[Machine], None] | None = None,
+    watch: Watch | None = None,
 ) -> Counters:
     """Play `work` on the machine `spec` and return its counters. The whole work is held in memory.
 
@@ -46,10 +48,13 @@ def simulate(
         machine.dram.record(commands)
     if observe is not None:
         observe(machine)
+    seen = machine.tap(watch.places) if watch is not None else []
     if work.num_tasks > 0:
         machine.env.run(until=machine.env.process(machine.watch(progress)))
     if sink is not None:
         sink(np.array(commands, COMMAND))
+    if watch is not None:
+        tell(spec, watch, in_order(np.array(seen, SEEN)))
     return machine.counters()
 
 
@@ -63,6 +68,26 @@ def _all_tasks(spec: MachineSpec, work: Work) -> list[Any]:
     if len(tasks) != work.num_tasks:
         raise fail(f"the work holds {len(tasks)} tasks, {work.num_tasks} were announced")
     return tasks
+
+
+class Tap:
+    """Stands before a cache or the DRAM and notes what one sender asks of it."""
+
+    def __init__(self, target: Any, sender: int | None, seen: list[Any], cycle: Callable[[], int]):
+        self.target, self.sender, self.seen, self.cycle = target, sender, seen, cycle
+
+    def arrive(self, request: Request) -> None:
+        """`request` is here now; a core's is of the thread that it wakes."""
+        if request.kind is not Kind.CLEAR:
+            sender = self.sender if self.sender is not None else cast(Any, request.answer).__self__.number
+            is_write = request.kind is not Kind.READ
+            self.seen.append((self.cycle(), request.address, request.num_bytes, sender, is_write))
+        self.target.arrive(request)
+
+    def cut(self, address: int, num_bytes: int) -> list[tuple[int, int]]:
+        """As what it stands before cuts requests."""
+        parts: list[tuple[int, int]] = self.target.cut(address, num_bytes)
+        return parts
 
 
 class Machine:
@@ -109,6 +134,22 @@ class Machine:
             return task
 
         return take
+
+    def tap(self, places: tuple[int, ...]) -> list[Any]:
+        """Note all requests to these caches (or, by the number of caches, the DRAM) in the list that is returned."""
+        targets = [[*self.caches, self.dram][place] for place in places]
+        seen: list[Any] = []
+
+        def cycle() -> int:
+            return int(self.env.now) // self.spec.core.period_ticks
+
+        for core in self.cores:
+            if core.cache in targets:
+                core.cache = cast(Cache, Tap(core.cache, None, seen, cycle))
+        for cache in self.caches:
+            if cache.parent in targets:
+                cache.parent = Tap(cache.parent, cache.index, seen, cycle)
+        return seen
 
     def watch(self, progress: Progress | None) -> Generator[simpy.Event, None, None]:
         """The process that ends the run: after the first tick with all finished and nothing on its way."""

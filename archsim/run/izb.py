@@ -10,6 +10,7 @@ from archsim.config import RunConfig
 from archsim.machine.build import PhaseMachine, phase_machine
 from archsim.machine.counters import Counters, added, no_counters
 from archsim.machine.play import play
+from archsim.machine.watch import Watch
 from archsim.run.izb_picture import Emitted, Picture, ViewLaws, compose, find
 from archsim.run.izb_rendered import RenderedIzb
 from archsim.run.izb_statistics import BUILD, CLEAR, RASTER, paper_ratios, summary
@@ -21,6 +22,12 @@ from archsim.run.result import Check, Result
 from archsim.trace.records import Tasks, num_instructions
 from archsim.trace.stream import Work
 
+Watcher = Callable[[str, PhaseMachine], Watch | None]  # who is told a phase's requests, if anybody
+
+
+def watch_nothing(phase: str, machine: PhaseMachine) -> None:
+    """Let nobody be told any requests."""
+
 
 class Machines(NamedTuple):
     """The parts of the machine that play the two phases, and the model that plays them."""
@@ -28,6 +35,7 @@ class Machines(NamedTuple):
     build: PhaseMachine
     raster: PhaseMachine
     model: str
+    watch: Watcher = watch_nothing
 
 
 class Played(NamedTuple):
@@ -40,9 +48,9 @@ class Played(NamedTuple):
     num_rastered: int
 
 
-def simulate_izb(config: RunConfig, progress: Progress) -> Result:
+def simulate_izb(config: RunConfig, progress: Progress, watch: Watcher = watch_nothing) -> Result:
     """Build and rasterize the irregular z-buffer of one light view; `config` is a checked RunConfig."""
-    machines, subject = machines_of(config), subject_of(config)
+    machines, subject = machines_of(config)._replace(watch=watch), subject_of(config)
     views = prepare(config, subject)
     played, found = [], []
     for view in views:
@@ -79,15 +87,15 @@ Phases = tuple[Callable[[], Work], Callable[[], Work], Callable[[], Work]]  # cl
 def _play(phases: Phases, machines: Machines, progress: Progress) -> Played:
     """The phases of one light view, each made when the one before is over; the build's processors clear."""
     clear, build, raster = phases
-    cleared, _ = _phase(machines.build, clear(), (CLEAR, machines.model, progress))
-    built, num_built = _phase(machines.build, build(), (BUILD, machines.model, progress))
-    rastered, num_rastered = _phase(machines.raster, raster(), (RASTER, machines.model, progress))
+    cleared, _ = _phase(machines.build, clear(), (CLEAR, machines, progress))
+    built, num_built = _phase(machines.build, build(), (BUILD, machines, progress))
+    rastered, num_rastered = _phase(machines.raster, raster(), (RASTER, machines, progress))
     return Played(cleared, built, rastered, num_built, num_rastered)
 
 
-def _phase(machine: PhaseMachine, work: Work, how: tuple[str, str, Progress]) -> tuple[Counters, int]:
+def _phase(machine: PhaseMachine, work: Work, how: tuple[str, Machines, Progress]) -> tuple[Counters, int]:
     """Counters of a phase, and the number of instructions that the kernel executed for it."""
-    phase, model, progress = how
+    phase, machines, progress = how
     executed = [0]
 
     def counted() -> Iterator[Tasks]:
@@ -98,7 +106,8 @@ def _phase(machine: PhaseMachine, work: Work, how: tuple[str, str, Progress]) ->
     def report(done: int, total: int) -> None:
         progress(phase, done, total)
 
-    counters = play(model, machine.spec, Work(work.num_tasks, counted()), report)
+    watch = machines.watch(phase, machine)
+    counters = play(machines.model, machine.spec, Work(work.num_tasks, counted()), report, watch=watch)
     return counters, executed[0]
 
 

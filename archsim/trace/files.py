@@ -5,6 +5,7 @@ from __future__ import annotations
 import gzip
 import zlib
 from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO
 
@@ -44,29 +45,47 @@ def read_accesses(path: Path, form: Format, block_bytes: int = BLOCK_BYTES) -> A
             yield accesses
 
 
-def write_accesses(path: Path, form: Format, chunks: Iterable[np.ndarray]) -> int:
-    """Write a trace, compressed if the name ends in .gz; returns the number of accesses."""
-    count = 0
-    text = np.empty(_PUT_AT_ONCE * LONGEST_LINE, np.uint8)
+class TraceWriter:
+    """Writes accesses to an open trace."""
+
+    def __init__(self, stream: BinaryIO | gzip.GzipFile, form: Format):
+        self.stream, self.form, self.count = stream, form, 0
+        self._text = np.empty(_PUT_AT_ONCE * LONGEST_LINE, np.uint8)
+        if form.language == Language.CSV:
+            stream.write(f"{table.HEADER}\n".encode("ascii"))
+
+    def write(self, accesses: np.ndarray) -> None:
+        """Add lines for ACCESS records, whose cycles must not fall."""
+        for begin in range(0, len(accesses), _PUT_AT_ONCE):
+            part = np.ascontiguousarray(accesses[begin : begin + _PUT_AT_ONCE])
+            self.stream.write(self._text[: put(int(self.form.language), part, self._text)].tobytes())
+        self.count += len(accesses)
+
+
+@contextmanager
+def trace_writer(path: Path, form: Format) -> Iterator[TraceWriter]:
+    """A trace to be written, compressed if its name ends in .gz; a file that fails on the way is removed."""
+    unfinished = path.with_name(f".{path.name}-unfinished")
     try:
-        with _created(path) as stream:
-            if form.language == Language.CSV:
-                stream.write(f"{table.HEADER}\n".encode("ascii"))
-            for chunk in chunks:
-                for begin in range(0, len(chunk), _PUT_AT_ONCE):
-                    part = np.ascontiguousarray(chunk[begin : begin + _PUT_AT_ONCE])
-                    stream.write(text[: put(int(form.language), part, text)].tobytes())
-                count += len(chunk)
+        with unfinished.open("wb") as raw:
+            if path.suffix != ".gz":
+                yield TraceWriter(raw, form)
+            else:  # without a time and a name, so that the same accesses give the same bytes
+                with gzip.GzipFile("", "wb", 6, raw, 0) as stream:
+                    yield TraceWriter(stream, form)
+        unfinished.replace(path)
     except OSError as error:
         raise fail(f"cannot be written: {error.strerror or error}", Location(str(path))) from None
-    return count
+    finally:
+        unfinished.unlink(missing_ok=True)
 
 
-def _created(path: Path) -> BinaryIO | gzip.GzipFile:
-    """The file, opened for writing; the same accesses give the same bytes."""
-    if path.suffix != ".gz":
-        return path.open("wb")
-    return gzip.GzipFile(path, "wb", compresslevel=6, mtime=0)
+def write_accesses(path: Path, form: Format, chunks: Iterable[np.ndarray]) -> int:
+    """Write a whole trace; returns the number of accesses."""
+    with trace_writer(path, form) as writer:
+        for chunk in chunks:
+            writer.write(chunk)
+    return writer.count
 
 
 def _texts(path: Path, block_bytes: int) -> Iterator[np.ndarray]:

@@ -98,3 +98,22 @@ def test_a_trace_may_go_straight_to_the_dram(tmp_path):
         "--functional: a DRAM is replayed with time only"
         in replay("--to", "dram", "--functional", exit_code=2).stderr
     )
+
+
+def test_a_run_is_exported_and_replayed():
+    small = ["--set", "scene.resolution=[8, 8]"]
+    said = archsim_("export", "tiny", "--format", "dramsim3", "--at", "dram", "--out", "a.gz", *small).stdout
+    count = int(said.split()[0].replace(",", ""))
+
+    info = json.loads(archsim_("info", "a.gz", "--format", "dramsim3", "--json").stdout)
+    again = archsim_("replay", "a.gz", "--format", "dramsim3", "--machine", "tiny", "--to", "dram", "--json")
+
+    assert info["accesses"] == count > 0
+    assert json.loads(again.stdout)["summary"]["dram.requests"] == count
+
+
+def test_a_trace_that_fails_on_the_way_leaves_nothing(tmp_path):
+    result = archsim_("export", "tiny", "--format", "csv", "--at", "l9", exit_code=2)
+
+    assert "the machine has no level 'l9'" in result.stderr
+    assert not list(tmp_path.iterdir())

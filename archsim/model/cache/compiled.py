@@ -99,6 +99,10 @@ CACHE = record(*_CACHE_FIELDS, indices=("num_free",))  # free MSHRs
 WAITING = record("arrival", "rank", *Request._fields)
 
 
+SEEN = record("cycle", "address", "bytes", "requester", "is_write")
+SEEN_AT_ONCE = 1 << 16  # requests that are kept until they are told
+
+
 class CacheState(NamedTuple):
     """K caches, R sets of all caches, at most A ways a set and S sectors a line, M MSHRs a cache, T targets an MSHR."""
 
@@ -115,6 +119,9 @@ class CacheState(NamedTuple):
     is_clear: np.ndarray  # bool [blocks of all caches] whether the block is known to be cleared
     inbox: QueueState  # WAITING [K] requests sent and not yet accepted
     accepted: np.ndarray  # [K, 3, 3] requests by kind and outcome
+    watched: np.ndarray  # bool [K + 1] caches, and at last the DRAM, whose requests are told
+    seen: np.ndarray  # SEEN [L] requests that reached them, in the order in which they were sent
+    num_seen: np.ndarray  # [1]
 
 
 def cache_table(caches: Sequence[CacheSpec], burst_bytes: int) -> np.ndarray:
@@ -161,7 +168,9 @@ def _log2(number: int) -> int:
     return number.bit_length() - 1
 
 
-def new_caches(spec: np.ndarray, caches: Sequence[CacheSpec], inbox_capacity: int) -> CacheState:
+def new_caches(
+    spec: np.ndarray, caches: Sequence[CacheSpec], inbox_capacity: int, watched: Sequence[int] = ()
+) -> CacheState:
     """All lines invalid, all MSHRs free, nothing asked."""
     num_caches = len(spec)
     widths = [int(spec[name].max(initial=0)) for name in ("num_ways", "num_mshrs", "num_targets")]
@@ -176,6 +185,8 @@ def new_caches(spec: np.ndarray, caches: Sequence[CacheSpec], inbox_capacity: in
     num_sets = sum(int(mask) + 1 for mask in spec["set_mask"])
     mshrs = np.zeros((num_caches, num_mshrs), MSHR)
     mshrs["free"] = np.arange(num_mshrs)
+    is_watched = np.zeros(num_caches + 1, np.bool_)
+    is_watched[list(watched)] = True
     return CacheState(
         caches=owners,
         tags=np.full((num_sets, num_ways), INVALID),
@@ -188,6 +199,9 @@ def new_caches(spec: np.ndarray, caches: Sequence[CacheSpec], inbox_capacity: in
         is_clear=compiled_clear.new_bits([cache.clear for cache in caches]),
         inbox=new_queues(num_caches, inbox_capacity, WAITING),
         accepted=np.zeros((num_caches, 3, 3), np.int64),
+        watched=is_watched,
+        seen=np.zeros(SEEN_AT_ONCE if watched else 0, SEEN),
+        num_seen=np.zeros(1, np.int64),
     )
 
 
