@@ -128,7 +128,7 @@ def _wake(spec, state, clock, number):
 
     if spec.num_write_entries > 0:
         channel["is_draining"] = drains(spec, channel)
-    start = clock
+    start, entry = clock, next_entry(spec, state, number)
     while True:
         if channel["plan"] == PLAN_AGAIN and channel["plan_due"] <= start:
             plan(spec, state, start, number)
@@ -136,9 +136,10 @@ def _wake(spec, state, clock, number):
             break
         requester, start = _carry_out(spec, state, clock, number), clock + 1
         channel["plan"], channel["plan_due"] = PLAN_AGAIN, start
-        if next_entry(spec, state, number) <= start:
+        entry = next_entry(spec, state, number)
+        if entry <= start:
             break  # then is the time to plan
-    state.due[number] = min(channel["plan_due"], max(clock + 1, next_entry(spec, state, number)))
+    state.due[number] = min(channel["plan_due"], max(clock + 1, entry))
     return requester
 
 

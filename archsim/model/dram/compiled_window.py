@@ -29,7 +29,8 @@ def next_entry(spec, state, number):
     due = NEVER
     if num_items(state.queue, reads) > 0 and num_in_window(spec, channel, False) < spec.num_queue_entries:
         due = oldest(state.queue, reads)["clock"]
-    if num_items(state.queue, writes) > 0 and channel["num_writes"] < spec.num_write_entries:
+    has_writes = spec.num_write_entries > 0 and num_items(state.queue, writes) > 0
+    if has_writes and channel["num_writes"] < spec.num_write_entries:
         due = min(due, oldest(state.queue, writes)["clock"])
     return due
 
@@ -50,7 +51,7 @@ def enter(spec, state, clock, number):
             return request["requester"]
         _take(spec, state, clock, number, request)
         drop_oldest(state.queue, reads)
-    while num_items(state.queue, writes) > 0 and channel["num_writes"] < spec.num_write_entries:
+    while channel["num_writes"] < spec.num_write_entries and num_items(state.queue, writes) > 0:
         request = oldest(state.queue, writes)
         if request["clock"] > clock:
             break
