@@ -118,6 +118,9 @@ def check_memory(caches: tuple[CacheSpec, ...], dram: DramSpec) -> None:
             continue
         if not number < cache.parent < len(caches):
             raise fail(f"cache {number}: its parent {cache.parent} is not a cache behind it")
+    burst_bytes = dram.burst_beats * dram.beat_bytes
+    if burst_bytes & (burst_bytes - 1) != 0:
+        raise fail(f"dram: its bursts of {burst_bytes} bytes are not a power of two")
     if 1 << dram.channel.bits > dram.num_channels:
         raise fail("dram: the channel field addresses more channels than there are")
     if 1 << dram.bank.bits > dram.num_banks:

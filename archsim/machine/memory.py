@@ -218,8 +218,8 @@ def _send(spec, state, arrival, cache, request):
     end = request.address + request.bytes
     start, parts = request.address, 0
     if one["parent"] == DRAM_PARENT:
-        start = request.address // one["grain"] * one["grain"]
-        end = (end + one["grain"] - 1) // one["grain"] * one["grain"]
+        grain = one["grain_shift"]
+        start, end = start >> grain << grain, (((end - 1) >> grain) + 1) << grain
         whole = Request(start, end - start, request.kind, request.requester)
         if state.cache.watched[DRAM_PARENT]:
             _see(state, arrival, cache, whole)
@@ -241,7 +241,7 @@ def _send_to_dram(spec, state, arrival, cache, request):
     """A request of whole bursts reaches the DRAM in cycle `arrival`."""
     arrival_ticks, is_write = arrival * spec.core.period_ticks, request.kind == WRITEBACK
     queued = dram_model.send(spec.dram, state.dram, arrival_ticks, request.address, cache, is_write)
-    queued["bursts"] = request.bytes // spec.caches[cache]["grain"]
+    queued["bursts"] = request.bytes >> spec.caches[cache]["grain_shift"]
     queued["requester"] = request.requester
     ring = dram_model.ring_of_request(spec.dram, request.address, is_write)
     _look_after(spec, state, arrival, state.dram.queue, ring)

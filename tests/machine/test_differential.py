@@ -37,7 +37,7 @@ def test_both_models_agree_on_small_work(played):
     assert_equal_counters(played)
 
 
-@settings(quick, max_examples=400)
+@settings(quick, max_examples=2000)
 @given(plays(many_tasks()))
 def test_both_models_agree_on_dense_work(played):
     assert_equal_counters(played)

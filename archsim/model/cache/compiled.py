@@ -57,7 +57,7 @@ _SPEC_FIELDS = (
     "clear_start",  # address of the first block
     "num_blocks",
     "cut_shift",  # log2 of the bytes that what it sends is cut at: the parent's line
-    "grain",  # bytes that what it sends is rounded out to: the DRAM's burst
+    "grain_shift",  # log2 of the bytes that what it sends is rounded out to: the DRAM's burst
 )
 _MSHR_INDICES = (
     "set",  # and
@@ -136,7 +136,7 @@ def cache_table(caches: Sequence[CacheSpec], burst_bytes: int) -> np.ndarray:
     table["slow_kinds"] = 1 << CLEAR | table["writes_through"] * (1 << WRITE | 1 << WRITEBACK)
     parents = [caches[cache.parent] if cache.parent >= 0 else None for cache in caches]
     table["cut_shift"] = [_log2(parent.line_bytes) if parent else 62 for parent in parents]
-    table["grain"] = [1 if parent else burst_bytes for parent in parents]
+    table["grain_shift"] = [0 if parent else _log2(burst_bytes) for parent in parents]
     num_sets = table["set_mask"] + 1
     table["first_set"] = np.cumsum(num_sets) - num_sets
     compiled_clear.fill_in(table, [cache.clear for cache in caches])
@@ -268,14 +268,16 @@ def accept(spec, state, cycle, cache, request):
     line = request.address >> one["line_shift"]
     row = _row_of(one, line)
     touched = _touched(one, request.address, request.bytes)
+    found = NO_WAY
     for number in range(one["num_ways"]):
-        if state.tags[row, number] == line or state.tags[row, number] == ~line:
-            way = state.ways[row, number]
-            missing = touched & ~np.int64(way["present"])
-            if missing != 0 and missing & way["coming"] == 0:
-                return _miss(spec, state, cycle, cache, request, (row, number))
-            return _meet(one, state, cycle, cache, request, (row, number), missing)
-    return _miss(spec, state, cycle, cache, request, (row, NO_WAY))
+        tag = state.tags[row, number]
+        found = number if (tag == line) | (tag == ~line) else found
+    if found != NO_WAY:
+        way = state.ways[row, found]
+        missing = touched & ~np.int64(way["present"])
+        if missing == 0 or missing & way["coming"] != 0:
+            return _meet(one, state, cycle, cache, request, (row, found), missing)
+    return _miss(spec, state, cycle, cache, request, (row, found))
 
 
 @inlined_step
@@ -308,7 +310,7 @@ def _miss(spec, state, cycle, cache, request, place):
         return _pass_on(one, state, cycle, cache, request)
 
     if not has_line:
-        way = victim(one, state.tags[row], state.ways[row], owner["num_lookups"] + 1)
+        way = victim(one, state.tags, state.ways, row, owner["num_lookups"] + 1)
         if way == NO_WAY:
             return REFUSED
     wants_data = not is_write or (one["allocates_writes"] != 0 and not _covers(one, request))

@@ -234,7 +234,7 @@ def _miss(chain, level, row, way, touched, address, num_bytes, is_write):
 
     dirty_row, dirty_way = row, NO_WAY
     if way == NO_WAY and allocates:
-        way = victim(one, chain.tags[row], chain.ways[row], chain.uses[level])
+        way = victim(one, chain.tags, chain.ways, row, chain.uses[level])
         dirty_way = way
     goes_through = is_write and (one["writes_through"] != 0 or way == NO_WAY)
     fetches = not is_write or (allocates and num_bytes < sector_bytes)

@@ -32,46 +32,46 @@ def use(spec, way, count):
 
 
 @inlined
-def victim(spec, tags, ways, count):
-    """The way of the set for the line of request number `count`, NO_WAY if all are on their way.
+def victim(spec, tags, ways, row, count):
+    """The way of set `row` for the line of request number `count`, NO_WAY if all are on their way.
 
-    `spec` has replacement, num_ways and seed; tags [A] and ways [A] are the set's.
+    `spec` has replacement, num_ways and seed; tags and WAYs are [R, A].
     """
     if spec["replacement"] == Replacement.LRU or spec["replacement"] == Replacement.FIFO:
-        return _oldest(spec, tags, ways)
+        return _oldest(spec, tags, ways, row)
     for way in range(spec["num_ways"]):
-        if tags[way] == INVALID:
+        if tags[row, way] == INVALID:
             return way
     if spec["replacement"] == Replacement.TREE_PLRU:
-        wanted = _longest_unused_by_halves(ways, spec["num_ways"])
+        wanted = _longest_unused_by_halves(ways, row, spec["num_ways"])
     else:
         wanted = random_way(spec["seed"], count, spec["num_ways"])
-    return _first_free(spec, ways, wanted)
+    return _first_free(spec, ways, row, wanted)
 
 
 @inlined
-def _oldest(spec, tags, ways):
+def _oldest(spec, tags, ways, row):
     """The first invalid way, else that of the line longest unused, or longest here."""
     found, oldest = NO_WAY, NEVER
     for number in range(spec["num_ways"]):
-        time = -1 if tags[number] == INVALID else ways[number]["used"]
-        is_older = (time < oldest) & (ways[number]["coming"] == 0)
+        time = -1 if tags[row, number] == INVALID else ways[row, number]["used"]
+        is_older = (time < oldest) & (ways[row, number]["coming"] == 0)
         found = number if is_older else found
         oldest = time if is_older else oldest
     return found
 
 
 @inlined
-def _longest_unused_by_halves(ways, num_ways):
+def _longest_unused_by_halves(ways, row, num_ways):
     """Of the halves of the set the one whose last use is longer ago, of its halves again, down to one way."""
     low, high = 0, num_ways
     while high - low > 1:
         middle = (low + high) >> 1
         lower, upper = 0, 0
         for way in range(low, middle):
-            lower = max(lower, ways[way]["used"])
+            lower = max(lower, ways[row, way]["used"])
         for way in range(middle, high):
-            upper = max(upper, ways[way]["used"])
+            upper = max(upper, ways[row, way]["used"])
         if lower <= upper:
             high = middle
         else:
@@ -80,11 +80,11 @@ def _longest_unused_by_halves(ways, num_ways):
 
 
 @inlined
-def _first_free(spec, ways, wanted):
+def _first_free(spec, ways, row, wanted):
     """The first way at or after `wanted`, going round, that is not on its way."""
     for step in range(spec["num_ways"]):
         way = (wanted + step) % spec["num_ways"]
-        if ways[way]["coming"] == 0:
+        if ways[row, way]["coming"] == 0:
             return way
     return NO_WAY
 
