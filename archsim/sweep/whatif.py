@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from archsim.config import RunConfig
 from archsim.config.components import CacheConfig, CoreConfig, LocksConfig, UnitConfig
-from archsim.config.dram import DramConfig, IdealDramConfig
+from archsim.config.dram import DramConfig
 from archsim.config.machine import MachineConfig
 from archsim.config.sweep import SweepConfig
 from archsim.errors import fail
@@ -98,24 +98,38 @@ def _together(ideas: Mapping[str, Overrides], chosen: tuple[str, ...]) -> Overri
 
 
 def _perfect_first_level(machine: MachineConfig) -> Iterator[tuple[str, Any]]:
-    """First-level caches 64 times as large, without limits, before a memory that answers in one cycle."""
-    for name, cache in _first_level(machine).items():
-        ideal = f"behind_{name}"
-        yield _key(name, "size"), format_bytes(_larger(cache.size))
-        for key in ("mshrs", "targets", "ports"):
-            yield _key(name, key), _PLENTY
-        yield _key(name, "next"), ideal
-        yield _key(ideal), _ideal_memory(machine, cache, 1)
+    """First-level caches 64 times as large, without limits; a line's first access costs a few cycles more."""
+    first = _first_level(machine)
+    for name, cache in machine.all_of(CacheConfig).items() if first else ():
+        yield from _unlimited(name)
+        if name in first:
+            yield _key(name, "size"), format_bytes(_larger(cache.size))
+        else:
+            yield _key(name, "hit_cycles"), 1
+    yield from _instant_drams(machine, first)
 
 
 def _perfect_second_level(machine: MachineConfig) -> Iterator[tuple[str, Any]]:
-    """The second level replaced by a memory that answers every request in its hit time."""
-    for name, cache in _first_level(machine).items():
-        second = machine.find(cache.next, CacheConfig)
-        if second is not None:
-            ideal = f"perfect_{cache.next}"
-            yield _key(name, "next"), ideal
-            yield _key(ideal), _ideal_memory(machine, cache, second.hit_cycles)
+    """Second-level caches without limits, before a memory that answers in one cycle of theirs."""
+    first = _first_level(machine)
+    second = {c.next for c in first.values() if machine.find(c.next, CacheConfig) is not None}
+    for name in sorted(second):
+        yield from _unlimited(name)
+    if second:
+        yield from _instant_drams(machine, first)
+
+
+def _unlimited(cache: str) -> Iterator[tuple[str, Any]]:
+    for key in ("mshrs", "targets", "ports"):
+        yield _key(cache, key), _PLENTY
+
+
+def _instant_drams(machine: MachineConfig, first: Mapping[str, CacheConfig]) -> Iterator[tuple[str, Any]]:
+    """Every DRAM replaced by a memory that answers after one cycle of the caches."""
+    for cache in list(first.values())[:1]:
+        for name, dram in machine.all_of(DramConfig).items():
+            size = format_bytes(dram.capacity_bytes)
+            yield _key(name), {"kind": "ideal_dram", "clock": cache.clock, "size": size, "latency_clocks": 1}
 
 
 def _unlimited_dram(machine: MachineConfig) -> Iterator[tuple[str, Any]]:
@@ -146,14 +160,6 @@ def _first_level(machine: MachineConfig) -> dict[str, CacheConfig]:
     """The caches that cores talk to."""
     names = dict.fromkeys(core.memory for core in machine.all_of(CoreConfig).values())
     return {name: cache for name in names if (cache := machine.find(name, CacheConfig)) is not None}
-
-
-def _ideal_memory(machine: MachineConfig, cache: CacheConfig, cycles: int) -> dict[str, Any]:
-    """A memory on the cache's clock that answers after so many cycles and holds what the DRAM holds."""
-    sizes = [dram.capacity_bytes for dram in machine.all_of(DramConfig).values()]
-    sizes += [dram.capacity_bytes for dram in machine.all_of(IdealDramConfig).values()]
-    size = max(sizes)
-    return {"kind": "ideal_dram", "clock": cache.clock, "size": format_bytes(size), "latency_clocks": cycles}
 
 
 def _larger(size: int) -> int:
