@@ -13,6 +13,7 @@ from archsim.units import Bytes, Cycles, format_bytes
 
 ACCESS_BYTES = 16  # of one load or store ([Johnson04] sec. 6: 128 bits)
 MAX_SECTORS = 32  # of a line
+MAX_CLEAR_BITS = 2**24  # of a cache
 INTERLEAVED = "interleaved"  # as `tasks` of a core
 
 
@@ -170,6 +171,8 @@ def _check_cache(cache: CacheConfig) -> list[Finding]:
 def _check_clear_bits(bits: ClearBitsConfig) -> list[Finding]:
     if not is_power_of_two(bits.block):
         return [Finding(("block",), f"must be a power of two, not {bits.block} B")]
+    if bits.size // bits.block > MAX_CLEAR_BITS:
+        return [Finding(("size",), f"holds more than {MAX_CLEAR_BITS} blocks of {format_bytes(bits.block)}")]
     sizes = (("start", bits.start), ("size", bits.size))
     return [
         Finding((key,), f"must be a whole number of blocks of {format_bytes(bits.block)}")

@@ -35,6 +35,7 @@ def test_the_paper_s_machine_has_the_numbers_of_its_tables():
         ("{block: 16 B, size: 40 B}", "size: must be a whole number of blocks of 16 B"),
         ("{block: 16 B, size: 16 B, start: 8 B}", "start: must be a whole number of blocks of 16 B"),
         ("{block: 16 B, size: 16 B, at_start: unclear}", "at_start: must be clear or unknown, not 'unclear'"),
+        ("{block: 1 B, size: 1 GiB}", "size: holds more than 16777216 blocks of 1 B"),
         ("{block: 16 B}", "missing key 'components.l2.clear_bits.size'"),
     ],
 )
