@@ -15,7 +15,7 @@ from archsim.machine.spec import MachineSpec
 from archsim.machine.state import ANSWER, RUN, Machine, State
 from archsim.machine.watch import Watch
 from archsim.machine.watching import Collector
-from archsim.model.cache.compiled import (
+from archsim.model.cache.compiled_state import (
     CACHE_COUNTS,
     HIT,
     MERGE,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from archsim.machine import memory
 from archsim.machine.counters import STALL_LOCK
 from archsim.machine.state import Machine, State
-from archsim.model.cache.compiled import CLEAR, READ, WRITE, Request
+from archsim.model.cache.compiled_state import CLEAR, READ, WRITE, Request
 from archsim.model.compiled import NEVER, inlined_step, step
 from archsim.model.core import compiled as core_model
 from archsim.model.core.compiled import NO_TASK

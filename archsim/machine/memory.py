@@ -10,7 +10,7 @@ from archsim.machine.state import Machine, State
 from archsim.model import compiled as queue_model
 from archsim.model.cache import arbitration, compiled_clear
 from archsim.model.cache import compiled as cache_model
-from archsim.model.cache.compiled import (
+from archsim.model.cache.compiled_state import (
     CLEAR,
     MERGE,
     NO_LINE,

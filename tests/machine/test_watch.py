@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from archsim.machine import compiled, reference
 from archsim.machine.watch import Watch
-from archsim.model.cache import compiled as cache_model
+from archsim.model.cache import compiled_state as cache_model
 from archsim.trace.accesses import Kind
 from archsim.trace.stream import whole
 from tests.machine.build import CACHE, cached, load, store, work

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from archsim.machine import memory
 from archsim.machine.pipeline.state import Machine, State
-from archsim.model.cache.compiled import Request
+from archsim.model.cache.compiled_state import Request
 from archsim.model.cache.spec import DRAM_PARENT
 from archsim.model.compiled import inlined_step, step
 from archsim.model.core import compiled as core_model

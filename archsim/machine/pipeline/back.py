@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from archsim.machine.pipeline import accesses, channels
 from archsim.machine.pipeline.state import Machine, State
-from archsim.model.cache.compiled import CLEAR, WRITE
+from archsim.model.cache.compiled_state import CLEAR, WRITE
 from archsim.model.compiled import inlined_step, step
 from archsim.model.unit import compiled as unit_model
 from archsim.model.unit.compiled import NO_OPERATION

@@ -17,7 +17,7 @@ from archsim.machine.pipeline.spec import PipelineSpec
 from archsim.machine.pipeline.state import WORK, Machine, State
 from archsim.machine.pipeline.stuck import Wait, deadlock, unbalanced
 from archsim.machine.state import ANSWER, RUN
-from archsim.model.cache.compiled import cache_table, most_fetches, most_sent, new_caches
+from archsim.model.cache.compiled_state import cache_table, most_fetches, most_sent, new_caches
 from archsim.model.compiled import NEVER, grown, integers, new_queues
 from archsim.model.core.compiled import new_cores
 from archsim.model.core.spec import CoreSpec, TaskOrder

@@ -5,7 +5,7 @@ from __future__ import annotations
 from archsim.machine.pipeline import channels
 from archsim.machine.pipeline.back import ask_for_lines, hindrance
 from archsim.machine.pipeline.state import Machine, State
-from archsim.model.cache.compiled import CLEAR, READ
+from archsim.model.cache.compiled_state import CLEAR, READ
 from archsim.model.compiled import NEVER, inlined_step, step
 from archsim.model.pool import compiled as pool_model
 from archsim.model.unit import compiled as unit_model

@@ -12,7 +12,7 @@ from archsim.machine.pipeline import accesses, back, front
 from archsim.machine.pipeline.channels import rouse_stream
 from archsim.machine.pipeline.front import NEEDS_WORK
 from archsim.machine.pipeline.state import Machine, State
-from archsim.model.cache.compiled import READ, WRITE
+from archsim.model.cache.compiled_state import READ, WRITE
 from archsim.model.cache.spec import DRAM_PARENT
 from archsim.model.compiled import NEVER, inlined_step, step
 from archsim.model.core.compiled import next_wake

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from archsim.model.cache.compiled import CacheState
+from archsim.model.cache.compiled_state import CacheState
 from archsim.model.compiled import QueueState, record
 from archsim.model.core.compiled import CoreState
 from archsim.model.core.spec import CoreSpec
