@@ -29,7 +29,8 @@ TINY = "scenes/tiny.yaml"
         (
             "mesh={generator: knots}",
             "mesh.generator",
-            "must be knot_and_spheres, power_plant, quad_and_triangle, robots or town, not 'knots'",
+            "must be amphitheater, knights, knot_and_spheres, power_plant, quad_and_triangle, robots, "
+            "simple_occluder or town, not 'knots'; did you mean 'knights'?",
         ),
         ("mesh.seed=-1", "mesh.seed", "must be at least 0, not -1"),
         ("mesh.parameters={a: true}", "mesh.parameters.a", "must be a number, not true"),

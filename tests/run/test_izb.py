@@ -77,10 +77,10 @@ def test_tile_order_changes_time_but_not_the_picture(tiny):
     assert block.value("izb_build.cycles") != tiny.value("izb_build.cycles")
 
 
-def test_progress_tells_both_phases_to_the_end():
+def test_progress_tells_all_phases_to_the_end():
     told = {}
     simulate(load_run(TINY, SMALL), lambda what, done, total: told.__setitem__(what, (done, total)))
-    assert set(told) == {"izb_build", "izb_raster"}
+    assert set(told) == {"izb_clear", "izb_build", "izb_raster"}
     assert all(done == total > 0 for done, total in told.values())
     silent("nothing", 0, 0)
 
@@ -90,7 +90,7 @@ def test_a_broken_law_is_seen(tiny, monkeypatch):
     from archsim.machine import compiled
     from archsim.run import izb
 
-    def faulty(model, spec, work, progress):
+    def faulty(model, spec, work, progress, **_):
         counters = compiled.simulate(spec, work, progress)
         counters.cache_writebacks_in[-1] -= 1
         return counters

@@ -26,7 +26,7 @@ def test_tiles_dealt_to_other_threads_are_not_replayed():
     config = load_run("runs/tiny.yaml", ["scene.resolution=[32, 24]", "workload.tile_order=block"])
     (work,) = record(config)
     more = load_run("runs/tiny.yaml", ["machine.components.builder.threads=3"])
-    with pytest.raises(ArchsimError, match="dealt in blocks to 2 threads, the machine has 3"):
+    with pytest.raises(ArchsimError, match="tiles or nodes were dealt to 2 threads, the machine has 3"):
         replay(work, "izb_build", phase_machine(more.machine, "izb_build").spec)
     assert replay(work, "izb_raster", phase_machine(more.machine, "izb_raster").spec).num_tasks > 0
 
