@@ -28,7 +28,11 @@ def test_a_row_a_point_with_its_parameters_and_statistics(folder):
 
 def test_only_what_differs_is_a_parameter(folder):
     assert parameters_of(folder) == ["machine.components.l2.size", "seed"]
-    assert metrics_of(folder, load_table(folder)) == ["izb_clear.cycles", "izb_build.cycles", "izb_raster.cycles"]
+    assert metrics_of(folder, load_table(folder)) == [
+        "izb_clear.cycles",
+        "izb_build.cycles",
+        "izb_raster.cycles",
+    ]
 
 
 def test_parquet_holds_the_same(folder):
