@@ -123,6 +123,16 @@ def refresh(spec, state, clock, number):
     log(state, clock, number, _REF, 0, 0, 0, 0)
 
 
+@step
+def _column_of(spec, address):
+    """Bursts of the row that lie before the address."""
+    offset_bits = spec.row.shift
+    for field in (spec.channel, spec.group, spec.bank, spec.line):
+        offset_bits = min(offset_bits, field.shift) if field.bits > 0 else offset_bits
+    place = (field_of(address, spec.line) << offset_bits) + (address & ((1 << offset_bits) - 1))
+    return place // (spec.burst_beats * spec.beat_bytes)
+
+
 @inlined_step
 def column(spec, state, clock, number, slot):
     """RD or WR of all bursts of the request from `clock` on; it leaves its window. Returns who is answered."""
@@ -156,7 +166,7 @@ def column(spec, state, clock, number, slot):
             raise_to(state.banks[number, other], "write", last + timing.n_ccd_l)
 
     if len(state.log) > 0:
-        column_number = field_of(request["address"], spec.line) * bursts
+        column_number = _column_of(spec, request["address"])
         command = _WR if is_write != 0 else _RD
         log(state, clock, number, command, request["bank"], request["row"], column_number, bursts)
     _leave(spec, state, number, slot)

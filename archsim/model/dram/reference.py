@@ -29,6 +29,14 @@ def bank_of(spec: DramSpec, address: int) -> int:
     return number ^ (field(address, spec.row) & ((1 << spec.bank_hash) - 1))
 
 
+def column_of(spec: DramSpec, address: int) -> int:
+    """Bursts of the row that lie before the address."""
+    fields = (spec.channel, spec.group, spec.bank, spec.line, spec.row)
+    offset_bits = min((f.shift for f in fields if f.bits > 0), default=spec.row.shift)
+    place = (field(address, spec.line) << offset_bits) + address % (1 << offset_bits)
+    return place // (spec.burst_beats * spec.beat_bytes)
+
+
 class Queued:
     """A request in a channel's queue, the `number`-th that came."""
 
@@ -38,7 +46,7 @@ class Queued:
         self.bank = bank_of(spec, request.address)
         self.row = field(request.address, spec.row)
         self.num_bursts = request.num_bytes // (spec.burst_beats * spec.beat_bytes)
-        self.column = field(request.address, spec.line) * self.num_bursts
+        self.column = column_of(spec, request.address)
         self.arrival_clock = divide_up(now, spec.period_ticks)
         self.is_classified = False
 

@@ -226,3 +226,13 @@ def test_requests_enter_when_there_is_room(model):
 
     assert run.wait_sum == 14 - 4
     assert run.latencies[[25, 15 + 12 - 4, 17 + 12 - 14]].tolist() == [1, 1, 1]
+
+
+def test_the_column_of_a_request_that_is_less_than_a_line_is_where_it_begins(model):
+    """Lines of 32 bytes, that is four bursts; a request is one burst."""
+    spec = DRAM._replace(line=AddressField(5, 2))
+    recorded = [np.zeros(0, COMMAND)]
+    stream = Requests(np.array([at(column=2), at(column=5)]), np.zeros(2, bool), np.zeros(2, np.int64))
+    model.simulate(spec, spec.burst_beats * spec.beat_bytes, [stream], recorded.append)
+    listed = np.concatenate(recorded)
+    assert listed["column"][listed["command"] == Command.RD].tolist() == [2, 5]
