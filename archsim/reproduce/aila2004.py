@@ -6,8 +6,6 @@ brute-force column, nothing else: `experiments/aila2004/calibrate.py`.
 
 from __future__ import annotations
 
-import os
-import time
 from typing import Any
 
 import yaml
@@ -23,8 +21,8 @@ from archsim.reproduce.cells import (
     Place,
     make_cell,
 )
-from archsim.reproduce.processes import in_processes
 from archsim.reproduce.reproduction import Reproduction, Row
+from archsim.reproduce.rows import simulate_file, simulate_rows
 from archsim.run.progress import Progress, silent
 from archsim.run.result import Result
 from archsim.run.walkthrough import simulate_walkthrough
@@ -72,22 +70,13 @@ PAPER = Paper(
 
 def reproduce(progress: Progress = silent) -> Reproduction:
     """Draw the four walkthroughs, two at a time, and set up the tables."""
-    num_processes = min(2, os.cpu_count() or 1)
-    drawn = in_processes(simulate_row, [(name,) for name in ROWS], num_processes, progress)
-    rows = dict(zip(ROWS, drawn, strict=True))
+    rows = simulate_rows(ROWS, simulate_row, progress)
     return Reproduction(rows, make_cells(rows))
 
 
 def simulate_row(name: str, progress: Progress) -> Row:
     """Draw one walkthrough at full size."""
-
-    def named(what: str, done: int, total: int) -> None:
-        progress(f"{name} {what}", done, total)
-
-    config = load_walkthrough(resources.experiment(ID) / f"{name}.yaml", [])
-    started = time.perf_counter()
-    result = simulate_walkthrough(config, named)
-    return Row(config, result, time.perf_counter() - started)
+    return simulate_file(ID, name, load_walkthrough, simulate_walkthrough, progress)
 
 
 def make_cells(rows: dict[str, Row]) -> list[Cell]:

@@ -6,8 +6,6 @@ Choices that were made knowing it are named in the notes of the tables.
 
 from __future__ import annotations
 
-import os
-import time
 from typing import Any, NamedTuple
 
 import yaml
@@ -28,8 +26,8 @@ from archsim.reproduce.cells import (
     new_cell,
 )
 from archsim.reproduce.latency import minimum_miss_cycles
-from archsim.reproduce.processes import in_processes
 from archsim.reproduce.reproduction import Reproduction, Row
+from archsim.reproduce.rows import simulate_file, simulate_rows
 from archsim.run import simulate
 from archsim.run.progress import Progress, silent
 
@@ -91,22 +89,13 @@ PAPER = Paper(
 
 def reproduce(progress: Progress = silent) -> Reproduction:
     """Simulate the three light views of our scenes and the three drawn ones, two at a time, and set up the tables."""
-    num_processes = min(2, os.cpu_count() or 1)
-    simulated = in_processes(simulate_row, [(name,) for name in RUNS], num_processes, progress)
-    rows = dict(zip(RUNS, simulated, strict=True))
+    rows = simulate_rows(RUNS, simulate_row, progress)
     return Reproduction(rows, make_cells(rows))
 
 
 def simulate_row(name: str, progress: Progress) -> Row:
     """Simulate one row at full size."""
-
-    def named(what: str, done: int, total: int) -> None:
-        progress(f"{name} {what}", done, total)
-
-    config = load_run(resources.experiment(ID) / f"{name}.yaml", [])
-    started = time.perf_counter()
-    result = simulate(config, named)
-    return Row(config, result, time.perf_counter() - started)
+    return simulate_file(ID, name, load_run, simulate, progress)
 
 
 def printed_row(name: str) -> str:
