@@ -85,3 +85,12 @@ def added(a: Counters, b: Counters) -> Counters:
     """Two phases on the same machine, one after the other."""
     sums: dict[str, Any] = {name: getattr(a, name) + getattr(b, name) for name in Counters._fields}
     return Counters(**sums)
+
+
+def without_cores(cycles: int, memory: dict[str, np.ndarray]) -> Counters:
+    """Counters of a machine that has no cores: those of its caches and DRAM by name."""
+    none = np.zeros(0, np.int64)
+    cores: dict[str, Any] = dict.fromkeys(("useful", "stalled", "tasks", "emitted"), none)
+    locks: dict[str, Any] = dict.fromkeys(("locks_taken", "locks_waited", "lock_wait_ticks"), 0)
+    values: dict[str, Any] = {**cores, **locks, **memory}
+    return Counters(cycles=cycles, **values)

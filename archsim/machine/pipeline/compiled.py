@@ -9,7 +9,7 @@ import numpy as np
 
 from archsim.errors import ArchsimError, fail
 from archsim.machine.compiled import check_memory, memory_counters
-from archsim.machine.counters import STALL_SUPPLIER, Counters
+from archsim.machine.counters import STALL_SUPPLIER, without_cores
 from archsim.machine.pipeline.checking import channel_ends, checked_records
 from archsim.machine.pipeline.counters import PipelineCounters
 from archsim.machine.pipeline.loop import NEEDS_ROOM, WORK_WANTED, play
@@ -192,21 +192,7 @@ def _counters(spec: PipelineSpec, state: State) -> PipelineCounters:
         pool_acquired=pools.pools["acquired"].copy(),
         pool_released=pools.released["count"].copy(),
         pool_peak=pools.pools["peak"].copy(),
-        memory=_memory_counters(spec, state, cycles),
-    )
-
-
-def _memory_counters(spec: PipelineSpec, state: State, cycles: int) -> Counters:
-    """Counters of a machine without cores."""
-    nothing = np.zeros(0, np.int64)
-    return Counters(
-        cycles=cycles,
-        useful=nothing,
-        stalled=nothing,
-        tasks=nothing,
-        emitted=nothing,
-        locks_taken=0,
-        locks_waited=0,
-        lock_wait_ticks=0,
-        **memory_counters(state.cache, state.dram, state.run[0]["cycle"], spec.period_ticks),
+        memory=without_cores(
+            cycles, memory_counters(state.cache, state.dram, state.run[0]["cycle"], spec.period_ticks)
+        ),
     )

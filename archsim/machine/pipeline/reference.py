@@ -9,7 +9,7 @@ import numpy as np
 import simpy
 
 from archsim.errors import fail
-from archsim.machine.counters import Counters
+from archsim.machine.counters import without_cores
 from archsim.machine.pipeline.checking import channel_ends, checked_records
 from archsim.machine.pipeline.counters import PipelineCounters
 from archsim.machine.pipeline.spec import PipelineSpec
@@ -153,21 +153,7 @@ class Machine:
             pool_acquired=_array(pool.acquired for pool in pools),
             pool_released=_array(pool.released.count for pool in pools),
             pool_peak=_array(pool.peak for pool in pools),
-            memory=self._memory_counters(cycles),
-        )
-
-    def _memory_counters(self, cycles: int) -> Counters:
-        nothing = np.zeros(0, np.int64)
-        return Counters(
-            cycles=cycles,
-            useful=nothing,
-            stalled=nothing,
-            tasks=nothing,
-            emitted=nothing,
-            locks_taken=0,
-            locks_waited=0,
-            lock_wait_ticks=0,
-            **memory_counters(self.caches, self.dram),
+            memory=without_cores(cycles, memory_counters(self.caches, self.dram)),
         )
 
 
