@@ -22,6 +22,7 @@ from archsim.config.workload import (
     GridConfig,
     IzbConfig,
     ShadowVolumesConfig,
+    VolumeKernelsConfig,
     VolumesConfig,
     WorkloadConfig,
 )
@@ -36,6 +37,7 @@ __all__ = [
     "SceneConfig",
     "ShadowVolumesConfig",
     "SweepConfig",
+    "VolumeKernelsConfig",
     "VolumesConfig",
     "WalkthroughConfig",
     "WorkloadConfig",

@@ -42,10 +42,13 @@ Kind = TypeVar(
 
 
 class RolesConfig(Section):
-    """The group of cores that runs each phase of irregular shadow mapping."""
+    """The group of cores that runs each phase of irregular shadow mapping, and the stages of shadow volumes."""
 
     izb_build: str  # the cores that build the grid of lists
     izb_raster: str  # the cores that test triangles against samples
+    hsv_stages: str | None = (
+        None  # the cores that run both stages of hierarchical shadow volumes; null: none do
+    )
 
 
 class MachineConfig(Section):
@@ -288,3 +291,7 @@ def _roles(machine: MachineConfig) -> Iterator[Finding]:
     if builder is not None and builder.locks is None:
         what = f"'{machine.roles.izb_build}' has no locks; the build phase needs them"
         yield Finding(("roles", "izb_build"), what)
+    stages = machine.find(machine.roles.hsv_stages or "", CoreConfig)
+    if stages is not None and stages.locks is None:
+        what = f"'{machine.roles.hsv_stages}' has no locks; stages of shadow volumes need them"
+        yield Finding(("roles", "hsv_stages"), what)

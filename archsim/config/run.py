@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
@@ -9,7 +10,14 @@ from pydantic import Field, model_validator
 from archsim.config.machine import MachineConfig
 from archsim.config.scene import SceneConfig
 from archsim.config.section import Finding, Name, Section, report
-from archsim.config.workload import GridConfig, IzbConfig, VolumesConfig, WorkloadConfig
+from archsim.config.workload import (
+    GridConfig,
+    IzbConfig,
+    ShadowVolumesConfig,
+    VolumeKernelsConfig,
+    VolumesConfig,
+    WorkloadConfig,
+)
 
 
 class RunConfig(Section):
@@ -36,7 +44,17 @@ class RunConfig(Section):
         if isinstance(self.workload, GridConfig) and self.machine.roles is None:
             what = f"missing key 'roles': the workload '{kind}' runs on cores, and this machine is a pipeline"
             report([Finding(("machine",), what)])
-        if isinstance(self.workload, VolumesConfig) and self.machine.roles is not None:
+        if isinstance(self.workload, ShadowVolumesConfig) and self.machine.roles is not None:
             what = f"the workload '{kind}' runs on a pipeline, and this machine has cores"
             report([Finding(("machine",), what)])
+        if isinstance(self.workload, VolumeKernelsConfig):
+            report(list(self._check_stages(self.workload.fixed_function)))
         return self
+
+    def _check_stages(self, fixed_function: MachineConfig) -> Iterator[Finding]:
+        """Machines that can't run the two stages, as programs or in fixed function."""
+        if self.machine.roles is None or self.machine.roles.hsv_stages is None:
+            what = "no cores have the role 'hsv_stages', which this workload needs"
+            yield Finding(("machine",), what)
+        if fixed_function.roles is not None:
+            yield Finding(("workload", "fixed_function"), "must be a pipeline, and this machine has cores")

@@ -7,6 +7,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Discriminator, Field, RootModel, Tag, model_validator
 
+from archsim.config.machine import MachineConfig
 from archsim.config.scene import Extent
 from archsim.config.section import Finding, Section, is_power_of_two, key_of, report
 
@@ -110,6 +111,17 @@ class ShadowVolumesConfig(VolumesConfig):
     submission: Literal["once", "twice"] = "once"  # twice: in two passes, without the delay stream
 
 
+class VolumeKernelsConfig(VolumesConfig):
+    """Shadow volumes drawn hierarchically, both stages as programs on cores, beside a pipeline that does the same."""
+
+    kind: Literal["shadow_volume_kernels"]
+    variant: Literal["hierarchical", "combined"] = "hierarchical"  # combined: within depth bounds
+    psv_buffers: Annotated[
+        int, Field(ge=1, le=4096)
+    ]  # volumes that Stage 1 classifies before Stage 2 takes over
+    fixed_function: MachineConfig  # the pipeline; volumes are submitted to it twice, as to the cores
+
+
 def light_findings(light: int, num_lights: int) -> list[Finding]:
     """What is wrong with a light that is asked for."""
     if light < num_lights:
@@ -165,6 +177,7 @@ KINDS: dict[str, type[Section]] = {
     "izb": IzbConfig,
     "izb_drawn": DrawnIzbConfig,
     "shadow_volumes": ShadowVolumesConfig,
+    "shadow_volume_kernels": VolumeKernelsConfig,
 }
 
 
@@ -176,7 +189,8 @@ def _kind_tag(workload: Any) -> str | None:
 WorkloadConfig = Annotated[
     Annotated[IzbConfig, Tag("<IzbConfig>")]
     | Annotated[DrawnIzbConfig, Tag("<DrawnIzbConfig>")]
-    | Annotated[ShadowVolumesConfig, Tag("<ShadowVolumesConfig>")],
+    | Annotated[ShadowVolumesConfig, Tag("<ShadowVolumesConfig>")]
+    | Annotated[VolumeKernelsConfig, Tag("<VolumeKernelsConfig>")],
     Discriminator(_kind_tag),
 ]
 

@@ -10,6 +10,7 @@ from archsim.run import (
     metrics,
     pipeline_metrics,
     replay_statistics,
+    shadow_volume_kernels,
     shadow_volume_statistics,
     walkthrough,
 )
@@ -41,6 +42,7 @@ SECTIONS = [
     Section("Irregular shadow mapping: the raster phase", "izb_raster", izb_statistics.RASTER_COST),
     Section("Shadow volumes: the workload", "workload", shadow_volume_statistics.WORKLOAD),
     Section("Shadow volumes: what the algorithm moves", "traffic", shadow_volume_statistics.TRAFFIC),
+    Section("Shadow volumes on cores", "programmable", shadow_volume_kernels.PROGRAMMABLE),
     Section("Walkthroughs with shadow volumes", "walkthrough", walkthrough.COUNTS),
     Section("Walkthroughs: each variant, averaged", "{variant}", shadow_volume_statistics.TRAFFIC),
     Section("Replayed address traces: the trace", "trace", replay_statistics.TRACE),

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import partial, reduce
 from typing import NamedTuple
 
 from archsim.config import RunConfig
 from archsim.machine.build import PhaseMachine, phase_machine
 from archsim.machine.counters import Counters, added, no_counters
-from archsim.machine.play import play
 from archsim.machine.watch import Watch
+from archsim.run.counted import play_counted
 from archsim.run.izb_picture import Emitted, Picture, ViewLaws, compose, find
 from archsim.run.izb_rendered import RenderedIzb
 from archsim.run.izb_statistics import BUILD, CLEAR, RASTER, paper_ratios, summary
@@ -19,7 +19,6 @@ from archsim.run.izb_work import check_machine, prepare, replay
 from archsim.run.metrics import phase_checks, phase_statistics
 from archsim.run.progress import Progress
 from archsim.run.result import Check, Result
-from archsim.trace.records import Tasks, num_instructions
 from archsim.trace.stream import Work
 
 Watcher = Callable[[str, PhaseMachine], Watch | None]  # who is told a phase's requests, if anybody
@@ -96,19 +95,11 @@ def _play(phases: Phases, machines: Machines, progress: Progress) -> Played:
 def _phase(machine: PhaseMachine, work: Work, how: tuple[str, Machines, Progress]) -> tuple[Counters, int]:
     """Counters of a phase, and the number of instructions that the kernel executed for it."""
     phase, machines, progress = how
-    executed = [0]
-
-    def counted() -> Iterator[Tasks]:
-        for tasks in work.chunks:
-            executed[0] += num_instructions(tasks)
-            yield tasks
 
     def report(done: int, total: int) -> None:
         progress(phase, done, total)
 
-    watch = machines.watch(phase, machine)
-    counters = play(machines.model, machine.spec, Work(work.num_tasks, counted()), report, watch=watch)
-    return counters, executed[0]
+    return play_counted(machine, work, machines.model, report, machines.watch(phase, machine))
 
 
 def _result(

@@ -31,8 +31,13 @@ class Kind(NamedTuple):
 
 def kind_of(config: RunConfig) -> Kind:
     """The kind of the run's workload. Loads only what that kind needs: the models are heavy."""
-    kind: Kind = {"izb": _izb, "izb_drawn": _izb, "shadow_volumes": _shadow_volumes}[config.workload.kind]()
-    return kind
+    kinds: dict[str, Callable[[], Kind]] = {
+        "izb": _izb,
+        "izb_drawn": _izb,
+        "shadow_volumes": _shadow_volumes,
+        "shadow_volume_kernels": _shadow_volume_kernels,
+    }
+    return kinds[config.workload.kind]()
 
 
 def _izb() -> Kind:
@@ -45,3 +50,7 @@ def _izb() -> Kind:
 
 def _shadow_volumes() -> Kind:
     return Kind(import_module("archsim.run.shadow_volumes").simulate_shadow_volumes, None)
+
+
+def _shadow_volume_kernels() -> Kind:
+    return Kind(import_module("archsim.run.shadow_volume_kernels").simulate_shadow_volume_kernels, None)

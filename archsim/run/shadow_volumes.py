@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from archsim.config import MachineConfig, RunConfig, ShadowVolumesConfig, VolumesConfig
@@ -15,7 +17,7 @@ from archsim.raster.eye_view import eye_view
 from archsim.run.measure import measured
 from archsim.run.pipeline_metrics import pipeline_checks, pipeline_statistics
 from archsim.run.progress import Progress, silent
-from archsim.run.result import Check, Result
+from archsim.run.result import Check, Result, Statistic
 from archsim.run.shadow_volume_statistics import TRAFFIC, WORKLOAD
 from archsim.scene.scene import Scene, digest, load_scene
 from archsim.shadow_volumes.casters import Grouping
@@ -29,30 +31,31 @@ PHASE = "shadow_volumes"
 PSV_BUFFERS, PSV_CACHE, DELAY_STREAM = "psv_buffers", "psv_cache", "delay_stream"  # components of the machine
 
 
+class Playing(NamedTuple):
+    """How a view is drawn on a pipeline."""
+
+    model: str
+    variant: str
+    twice: bool  # each volume submitted twice
+    progress: Progress
+
+
 def simulate_shadow_volumes(config: RunConfig, progress: Progress = silent) -> Result:
     """Draw and play the volumes of one light; `config` is a checked RunConfig of this kind."""
     workload = config.workload
     assert isinstance(workload, ShadowVolumesConfig)
-    machine, resources = pipeline_machine(config.machine), resources_of(config.machine)
+    resources = resources_of(config.machine)
     method, scene = method_of(workload, resources), load_scene(config.scene)
     view = prepare_light(scene, workload.light, method)
-    _check_memory(config.machine, machine, view, resources)
 
     expected, drawn = draw(view, BRUTE_FORCE, resources), draw(view, workload.variant, resources)
-    twice = workload.submission == "twice"
-    work = pipeline_work(view, workload.variant, resources, twice)
-    counters = play(config.model, machine, work, lambda done: progress(PHASE, done, max(done, 1)))
-
-    different = int((drawn.shadow != expected.shadow).sum())
-    checks = [
-        Check("shadow mask of brute force", different == 0, f"{different} pixels differ"),
-        *_traffic_checks(counters, drawn.traffic, twice),
-        *pipeline_checks(PHASE, machine, counters),
-    ]
+    how = Playing(config.model, workload.variant, workload.submission == "twice", progress)
+    statistics, laws = play_on_pipeline(config.machine, view, drawn.traffic, how)
+    checks = [equal_masks(drawn.shadow, expected.shadow), *laws]
     statistics = [
         *measured("workload", WORKLOAD, view),
         *measured("traffic", TRAFFIC, drawn.traffic),
-        *pipeline_statistics(PHASE, machine, counters),
+        *statistics,
     ]
     values = {statistic.name: statistic.value for statistic in statistics}
     first = (
@@ -64,6 +67,24 @@ def simulate_shadow_volumes(config: RunConfig, progress: Progress = silent) -> R
     )
     summary = {**{name: values[name] for name in first}, "checks_passed": all(check.ok for check in checks)}
     return Result(config.name, digest(scene), summary, statistics, checks, drawn.shadow, [], {})
+
+
+def play_on_pipeline(
+    config: MachineConfig, view: View, traffic: Traffic, how: Playing
+) -> tuple[list[Statistic], list[Check]]:
+    """A view played on a pipeline on which drawing it moves `traffic`. ArchsimError if it has no room for it."""
+    machine, resources = pipeline_machine(config), resources_of(config)
+    _check_memory(config, machine, view, resources)
+    work = pipeline_work(view, how.variant, resources, how.twice)
+    counters = play(how.model, machine, work, lambda done: how.progress(PHASE, done, max(done, 1)))
+    checks = [*_traffic_checks(counters, traffic, how.twice), *pipeline_checks(PHASE, machine, counters)]
+    return pipeline_statistics(PHASE, machine, counters), checks
+
+
+def equal_masks(shadow: np.ndarray, expected: np.ndarray) -> Check:
+    """The law that a mask is brute force's."""
+    different = int((shadow != expected).sum())
+    return Check("shadow mask of brute force", different == 0, f"{different} pixels differ")
 
 
 def prepare_light(scene: Scene, light: int, method: Method) -> View:

@@ -72,7 +72,7 @@ def draw_hierarchically(seen: SeenVolumes, resources: Resources, steps: Steps = 
         counts += _run(seen, (first, end), early, space, buffers, target)
     finish(screen, (buffers, target))
     counted = HierarchicalCounts(*map(int, (*counts, *buffers[1].moved, 2 * sizes.sum())))
-    return Outcome(_mask(screen, *target), target[1].state, counted)
+    return Outcome(mask(screen, target[0], target[1].state), target[1].state, counted)
 
 
 def new_memory(screen: Screen, resources: Resources) -> Memory:
@@ -85,13 +85,13 @@ def new_memory(screen: Screen, resources: Resources) -> Memory:
 
 def finish(screen: Screen, memory: Memory) -> None:
     """Bring the low-resolution stencil buffer up to date when all volumes are drawn."""
-    _settle_all(screen, *memory[1])
+    settle_all(screen, *memory[1])
 
 
-def _mask(screen: Screen, stencil: Stencil, coarse: Coarse) -> np.ndarray:
+def mask(screen: Screen, stencil: Stencil, states: np.ndarray) -> np.ndarray:
     """bool [height, width]: the tile's state, or the pixel's own stencil value where that is MIXED."""
-    state = coarse.state.reshape(screen.rows, screen.columns)
-    spread = state.repeat(screen.tile, axis=0).repeat(screen.tile, axis=1)[: screen.height, : screen.width]
+    spread = states.reshape(screen.rows, screen.columns)
+    spread = spread.repeat(screen.tile, axis=0).repeat(screen.tile, axis=1)[: screen.height, : screen.width]
     return np.asarray((spread == SHADOWED) | ((spread == MIXED) & (values(screen, stencil) > 0)))
 
 
@@ -209,6 +209,7 @@ def settle(tile, screen, stencil, coarse):
 
 
 @njit
-def _settle_all(screen, stencil, coarse):
+def settle_all(screen, stencil, coarse):
+    """Bring every tile's state up to date."""
     for tile in range(len(coarse.state)):
         settle(tile, screen, stencil, coarse)

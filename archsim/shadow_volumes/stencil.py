@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from archsim.jit import compiled, inlined
+from archsim.jit import compiled, inlined, njit
 from archsim.shadow_volumes.footprint import CUTS
 from archsim.shadow_volumes.polygon import closeness
 from archsim.shadow_volumes.tiles import Screen
@@ -92,6 +92,15 @@ def tile_extremes(tile, screen, stencil):
         for x in range(x0, min(x0 + screen.tile, screen.width)):
             low, high = min(low, stencil.pixels[y, x]), max(high, stencil.pixels[y, x])
     return low + stencil.whole[tile], high + stencil.whole[tile]
+
+
+@njit
+def tile_ranges(tiles, screen, stencil):
+    """int64 [n] lowest and highest stencil value of some tiles' pixels."""
+    low, high = np.zeros(len(tiles), np.int64), np.zeros(len(tiles), np.int64)
+    for place, tile in enumerate(tiles):
+        low[place], high[place] = tile_extremes(tile, screen, stencil)
+    return low, high
 
 
 def values(screen: Screen, stencil: Stencil) -> np.ndarray:

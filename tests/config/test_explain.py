@@ -49,7 +49,7 @@ def test_what_is_accepted(path, value, accepted):
 
 
 def test_a_mapping_lists_its_keys():
-    assert explained("machine.roles").value == "izb_build, izb_raster"
+    assert explained("machine.roles").value == "izb_build, izb_raster, hsv_stages"
 
 
 @pytest.mark.parametrize(

@@ -88,14 +88,14 @@ def test_progress_tells_all_phases_to_the_end():
 def test_a_broken_law_is_seen(tiny, monkeypatch):
     """Fault seeding: lose one write-back and look for the check that fails."""
     from archsim.machine import compiled
-    from archsim.run import izb
+    from archsim.run import counted
 
     def faulty(model, spec, work, progress, **_):
         counters = compiled.simulate(spec, work, progress)
         counters.cache_writebacks_in[-1] -= 1
         return counters
 
-    monkeypatch.setattr(izb, "play", faulty)
+    monkeypatch.setattr(counted, "play", faulty)
     result = simulate(load_run(TINY, SMALL))
     assert not result.ok
     assert {check.name.split(": ")[1] for check in result.checks if not check.ok} == {
