@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 
 from archsim.errors import ArchsimError, DeadlockError, Problem, fail
-from archsim.machine.counters import STALL_NO_WORK, STALL_SUPPLIER, Counters
+from archsim.machine.counters import STALL_MEMORY, STALL_NO_WORK, Counters
 from archsim.machine.loading import load_next, nothing_loaded
 from archsim.machine.loop import BAD_UNLOCK, NEEDS_ROOM, NEEDS_TASKS, play
 from archsim.machine.spec import MachineSpec
 from archsim.machine.state import ANSWER, RUN, Machine, State
+from archsim.machine.waits import new_waits
 from archsim.machine.watch import Watch
 from archsim.machine.watching import Collector
 from archsim.model.cache.compiled_state import (
@@ -31,6 +32,7 @@ from archsim.model.cache.compiled_state import (
     new_caches,
 )
 from archsim.model.cache.spec import DRAM_PARENT, CacheSpec
+from archsim.model.causes import num_causes
 from archsim.model.compiled import NEVER, QueueState, grown, integers, new_queues
 from archsim.model.core.compiled import NO_TASK, new_cores
 from archsim.model.core.spec import TaskOrder
@@ -143,16 +145,18 @@ def _initial_state(spec: MachineSpec, machine: Machine, num_tasks: int, watched:
         fifo.ends[1] = num_tasks
     run = np.zeros(1, RUN)
     run["next_answer"] = run["next_lookup"] = NEVER
+    cache = new_caches(machine.caches, spec.caches, queue_capacity, watched)
     return State(
-        core=new_cores(machine.core, STALL_SUPPLIER + num_caches + 1, longest_wake),
+        core=new_cores(machine.core, STALL_MEMORY + num_causes(num_caches), longest_wake),
         locks=new_locks(spec.locks, num_threads),
         source=new_source(),
         fifo=fifo,
-        cache=new_caches(machine.caches, spec.caches, queue_capacity, watched),
+        cache=cache,
         dram=new_dram(machine.dram, queue_capacity),
         answers=new_queues(2, num_fetches, ANSWER),
         filling=np.zeros(num_fetches, np.int64),
-        suppliers=np.zeros(num_fetches, np.int64),
+        sources=np.zeros(num_fetches, np.int64),
+        waits=new_waits(num_threads, cache.mshrs, are_threads_at_dram=False),
         tasks=nothing_loaded(num_tasks),
         run=run,
     )

@@ -7,12 +7,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from archsim.machine.spec import MachineSpec
+from archsim.model.causes import num_causes
 
-# Why an issue slot was empty. A stall on memory is charged to the level that supplied the line:
-# SUPPLIER + i for cache i, SUPPLIER + num_caches for the DRAM.
+# Why an issue slot was empty. Behind these come the causes of waits for memory: STALL_MEMORY + number (model/causes).
 STALL_NO_WORK = 0
 STALL_LOCK = 1
-STALL_SUPPLIER = 2
+STALL_MEMORY = 2
 
 
 class Counters(NamedTuple):
@@ -20,7 +20,7 @@ class Counters(NamedTuple):
 
     cycles: int  # core cycles until the last task was finished
     useful: np.ndarray  # [C] issue slots in which an instruction was issued
-    stalled: np.ndarray  # [C, 2 + K + 1] empty issue slots by reason
+    stalled: np.ndarray  # [C, STALL_MEMORY + causes] empty issue slots by cause
     tasks: np.ndarray  # [C] tasks finished
     emitted: np.ndarray  # [C] EMIT operations
     locks_taken: int  # LOCK operations granted
@@ -66,7 +66,7 @@ def no_counters(spec: MachineSpec) -> Counters:
     num_cores, num_caches = spec.core.num_cores, len(spec.caches)
     shapes: dict[str, tuple[int, ...]] = {
         "useful": (num_cores,),
-        "stalled": (num_cores, STALL_SUPPLIER + num_caches + 1),
+        "stalled": (num_cores, STALL_MEMORY + num_causes(num_caches)),
         "tasks": (num_cores,),
         "emitted": (num_cores,),
     }

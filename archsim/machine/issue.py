@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from archsim.machine import memory
+from archsim.machine import memory, waits
 from archsim.machine.counters import STALL_LOCK
 from archsim.machine.state import Machine, State
+from archsim.machine.waits import IN_PARTS
 from archsim.model.cache.compiled_state import CLEAR, READ, WRITE, Request
 from archsim.model.compiled import NEVER, inlined_step, step
 from archsim.model.core import compiled as core_model
@@ -57,12 +58,26 @@ def issue(spec: Machine, state: State, cycle, core):
         if _change_task(spec, state, cycle, core, number) == NEEDS_TASKS:
             return NEEDS_TASKS
 
-    core_model.charge_empty_slots(state.core, cycle, core, thread["reason"])
+    _charge_empty_slots(spec, state, cycle, core, number)
     core_model.go_round(state.core, core, word, bit)
     if thread["compute_left"] > 0:
         thread["compute_left"] -= 1
         return ISSUED
     return _operate(spec, state, cycle, core, number)
+
+
+@inlined_step
+def _charge_empty_slots(spec, state, cycle, core, number):
+    """The core's slots since its last issue were empty for what thread `number` waited for; that of `cycle` is used."""
+    owner, reason = state.core.cores[core], state.core.threads[number]["reason"]
+    first = owner["after_issue"]
+    if cycle > first:
+        counts = state.core.stalled[core]
+        if reason == IN_PARTS:
+            waits.charge(spec, state, counts, (first, cycle), (number, spec.core_cache[core]))
+        else:
+            counts[reason] += cycle - first
+    core_model.use_slot(state.core, cycle, core)
 
 
 @step

@@ -5,8 +5,10 @@ A requester is a thread (its number, from 0 up) or the MSHR of a child cache (be
 
 from __future__ import annotations
 
-from archsim.machine.counters import STALL_SUPPLIER
+from archsim.machine import waits
+from archsim.machine.counters import STALL_MEMORY
 from archsim.machine.state import Machine, State
+from archsim.machine.waits import IN_PARTS, LOOKUP_HIT
 from archsim.model import compiled as queue_model
 from archsim.model.cache import arbitration, compiled_clear
 from archsim.model.cache import compiled as cache_model
@@ -23,10 +25,14 @@ from archsim.model.cache.compiled_state import (
     Request,
 )
 from archsim.model.cache.spec import DRAM_PARENT, Arbiter, VictimOrder
+from archsim.model.causes import AT_CACHE, AtCache
 from archsim.model.compiled import NEVER, inlined_step, step
 from archsim.model.core import compiled as core_model
 from archsim.model.dram import compiled as dram_model
 from archsim.model.dram.compiled import NO_REQUESTER
+
+_LOOKUP = int(AtCache.LOOKUP)
+_PART = 1 << 48  # what the requester number of a fetch's next part is less
 
 
 @inlined_step
@@ -70,6 +76,8 @@ def _look_up(spec, state, cycle, cache):
             owner["blocked_since"] = cycle
             owner["lookup_due"] = _next_try(spec, state, cycle, cache)
             return
+        if waiting["arrival"] < cycle and request.kind != WRITEBACK:
+            _note_accepted(state, cycle, cache, request.requester)
         owner["last_sender"] = waiting["rank"]
         if position == 0:
             queue_model.drop_oldest(inbox, cache)
@@ -80,6 +88,18 @@ def _look_up(spec, state, cycle, cache):
     if queue_model.num_items(inbox, cache) > 0:
         due = max(queue_model.oldest(inbox, cache)["arrival"], cycle + 1)
     owner["lookup_due"] = due
+
+
+@step
+def _note_accepted(state, cycle, cache, requester):
+    """The cache accepts in `cycle` a request that had to wait."""
+    owner = state.cache.caches[cache]
+    if requester >= 0:
+        state.core.threads[requester]["reason"] = IN_PARTS
+        waits.note_accepted(state.waits.threads[requester], owner, cycle)
+    else:
+        child, _, mshr = _mshr_of(requester)
+        waits.note_accepted(state.waits.fetches[child, mshr], owner, cycle)
 
 
 @step
@@ -184,17 +204,17 @@ def _answer_hit(state, arrival, cache, requester):
     """The requester of a hit gets its answer in cycle `arrival`."""
     if requester >= 0:
         thread = state.core.threads[requester]
-        thread["reason"] = STALL_SUPPLIER + cache
+        thread["reason"] = STALL_MEMORY + AT_CACHE * cache + _LOOKUP
         core_model.wake_at(state.core, arrival, thread)
     else:
         _answer_fetch(state, arrival, cache, requester)
 
 
 @step
-def _answer_fetch(state, arrival, supplier, requester):
-    """A fetch is answered in cycle `arrival` by a cache, or by the DRAM if the supplier's number is behind theirs."""
-    kind = 1 if supplier == len(state.cache.caches) else 0
-    slot = queue_model.insert(state.answers, kind, arrival, supplier)
+def _answer_fetch(state, arrival, level, requester):
+    """A fetch is answered in cycle `arrival` by a cache, or by the DRAM if the level's number is behind theirs."""
+    kind = 1 if level == len(state.cache.caches) else 0
+    slot = queue_model.insert(state.answers, kind, arrival, level)
     state.answers.items[kind, slot]["requester"] = requester
     state.run[0]["next_answer"] = min(state.run[0]["next_answer"], arrival)
 
@@ -217,6 +237,7 @@ def _send(spec, state, arrival, cache, request):
     one = spec.caches[cache]
     end = request.address + request.bytes
     start, parts = request.address, 0
+    each = _PART if request.kind == READ else 0
     if one["parent"] == DRAM_PARENT:
         grain = one["grain_shift"]
         start, end = start >> grain << grain, (((end - 1) >> grain) + 1) << grain
@@ -227,7 +248,7 @@ def _send(spec, state, arrival, cache, request):
         return 1, end - start
     while start < end:
         stop = min(((start >> one["cut_shift"]) + 1) << one["cut_shift"], end)
-        part = Request(start, stop - start, request.kind, request.requester)
+        part = Request(start, stop - start, request.kind, request.requester - parts * each)
         if state.cache.watched[one["parent"]]:
             _see(state, arrival, cache, part)
         put(spec, state, arrival, one["parent"], spec.core.num_cores + cache, part)
@@ -293,8 +314,8 @@ def _fetcher(cache, mshr):
 
 @inlined_step
 def _mshr_of(requester):
-    """Cache and MSHR of a requester number below 0."""
-    return ~requester >> 32, ~requester & 0xFFFFFFFF
+    """Cache, part of the fetch, and MSHR of a requester number below 0."""
+    return ~requester >> 32 & 0xFFFF, ~requester >> 48, ~requester & 0xFFFFFFFF
 
 
 @inlined_step
@@ -314,6 +335,8 @@ def play_dram(spec: Machine, state: State, limit):
         run["last_clock"] = clock
         if requester != NO_REQUESTER:
             arrival = dram_model.answer_cycle(spec.dram, dram, channel, core_period)
+            owner, _, place = _mshr_of(requester)
+            state.waits.dram[owner, place] = dram.waits[channel]
             _answer_fetch(state, arrival, len(spec.caches), requester)
             limit = min(limit, arrival)
     if dram_model.is_log_half_full(dram):
@@ -333,27 +356,26 @@ def deliver_due(spec: Machine, state: State, cycle):
                 next_answer = min(next_answer, answer["arrival"])
                 break
             state.filling[0] = answer["requester"]
-            _fill_tree(spec, state, cycle, answer["rank"])
+            _fill_tree(spec, state, cycle)
             queue_model.drop_oldest(answers, kind)
     state.run[0]["next_answer"] = next_answer
 
 
 @step
-def _fill_tree(spec, state, cycle, supplier):
+def _fill_tree(spec, state, cycle):
     """Fill the fetch that `filling` begins with, in its cache and wherever it is waited for below, in `cycle`."""
     num_filling = 1
-    state.suppliers[0] = supplier
+    state.sources[0] = LOOKUP_HIT
     while num_filling > 0:
         num_filling -= 1
-        cache, mshr = _mshr_of(state.filling[num_filling])
+        cache, part, mshr = _mshr_of(state.filling[num_filling])
         if cache == len(state.cache.caches):  # asked of the DRAM without a cache
-            thread = state.core.threads[mshr]
-            thread["reason"] = STALL_SUPPLIER + state.suppliers[num_filling]
-            core_model.wake_now(state.core, thread)
+            _wake(state, mshr)
             continue
-        if not cache_model.fill(spec.caches, state.cache, cycle, cache, mshr, state.suppliers[num_filling]):
+        wait = state.waits.fetches[cache, mshr]
+        waits.note_answered(wait, cycle, part, state.sources[num_filling])
+        if not cache_model.fill(spec.caches, state.cache, cycle, cache, mshr):
             continue
-        supplier = state.cache.mshrs[cache, mshr]["supplier"]
         state.run[0]["next_lookup"] = min(
             state.run[0]["next_lookup"], state.cache.caches[cache]["lookup_due"]
         )
@@ -361,9 +383,16 @@ def _fill_tree(spec, state, cycle, supplier):
             requester = state.cache.targets[cache, mshr, i]
             if requester < 0:
                 state.filling[num_filling] = requester
-                state.suppliers[num_filling] = supplier
+                state.sources[num_filling] = mshr
                 num_filling += 1
             else:
-                thread = state.core.threads[requester]
-                thread["reason"] = STALL_SUPPLIER + supplier
-                core_model.wake_now(state.core, thread)
+                state.waits.threads[requester]["source"] = mshr
+                _wake(state, requester)
+
+
+@inlined_step
+def _wake(state, number):
+    """The thread's data is here: it is ready in this cycle."""
+    thread = state.core.threads[number]
+    thread["reason"] = IN_PARTS
+    core_model.wake_now(state.core, thread)

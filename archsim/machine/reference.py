@@ -15,6 +15,7 @@ from archsim.machine.spec import MachineSpec
 from archsim.machine.watch import SEEN, Watch, in_order, tell
 from archsim.model.cache.reference import CACHE_COUNTS, Cache, Kind, Request
 from archsim.model.cache.spec import DRAM_PARENT, CacheSpec
+from archsim.model.causes import num_causes
 from archsim.model.core.reference import LOCK, NO_WORK, Core, State, Thread
 from archsim.model.core.spec import TaskOrder
 from archsim.model.dram.commands import COMMAND, DRAM_COUNTERS, CommandSink
@@ -192,10 +193,10 @@ class Machine:
         )
 
     def _stalled(self, core: Core, cycles: int) -> list[int]:
-        """Empty slots by reason; those after the last issue had no work."""
+        """Empty slots by cause; those after the last issue had no work."""
         after_last = cycles - (core.last_issue_tick // self.spec.core.period_ticks + 1)
-        levels = range(len(self.caches) + 1)
-        return [core.stalled[NO_WORK] + after_last, core.stalled[LOCK], *(core.stalled[i] for i in levels)]
+        causes = range(num_causes(len(self.caches)))
+        return [core.stalled[NO_WORK] + after_last, core.stalled[LOCK], *(core.stalled[i] for i in causes)]
 
 
 def make_caches(

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from archsim.machine.loading import Loaded
+from archsim.machine.waits import WaitsState
 from archsim.model.cache.compiled_state import CacheState
 from archsim.model.compiled import QueueState, record
 from archsim.model.core.compiled import CoreState
@@ -57,8 +58,9 @@ class State(NamedTuple):
     fifo: FifoState
     cache: CacheState
     dram: DramState
-    answers: QueueState  # ANSWER [2] fetches answered by a cache, by the DRAM; the rank is the supplier
+    answers: QueueState  # ANSWER [2] fetches answered by a cache, by the DRAM; the rank is its level
     filling: np.ndarray  # [fetches] those being filled in this cycle
-    suppliers: np.ndarray  # [fetches] from where
+    sources: np.ndarray  # [fetches] MSHR of the level above that it waited for, or LOOKUP_HIT
+    waits: WaitsState
     tasks: Loaded
     run: np.ndarray  # RUN [1]

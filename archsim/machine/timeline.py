@@ -14,8 +14,10 @@ from archsim.machine.counters import Counters
 from archsim.machine.reference import Machine, simulate
 from archsim.machine.spec import MachineSpec
 from archsim.model.cache.reference import Cache, Request
+from archsim.model.causes import level_of
 from archsim.model.core.reference import LOCK, NO_WORK, Core, Thread
 from archsim.model.dram.commands import Command
+from archsim.model.waiting import Wait
 from archsim.trace.stream import Work
 
 
@@ -124,7 +126,7 @@ class _Recorder:
         def noted(now: int, thread: Thread) -> None:
             own = (thread.core, thread.index)
             if thread.ready_tick > self.free[own]:
-                self.waits[own].append(Span(self.free[own], thread.ready_tick, self._reason(thread.reason)))
+                self.waits[own].append(Span(self.free[own], thread.ready_tick, self._reason(thread)))
             op = thread.left[0].op
             self.slots.append(Slot(now, core.index, thread.index, COMPUTE if op is None else op.name))
             self.free[own] = now + self.period
@@ -151,10 +153,10 @@ class _Recorder:
                 arrive(request)
                 return
 
-            def answered(tick: int, supplier: int) -> None:
-                kind, address = request.kind.value, request.address
-                self.accesses.append(Access(start, tick, cache.index, kind, address, supplier))
-                answer(tick, supplier)
+            def answered(tick: int) -> None:
+                kind, address, level = request.kind.value, request.address, self._level(request.wait, tick)
+                self.accesses.append(Access(start, tick, cache.index, kind, address, level))
+                answer(tick)
 
             arrive(request._replace(answer=answered))
 
@@ -175,9 +177,12 @@ class _Recorder:
 
         return noted
 
-    def _reason(self, reason: int) -> str:
-        if reason == NO_WORK:
-            return "no work"
-        if reason == LOCK:
-            return "lock"
-        return "dram" if reason == len(self.spec.caches) else f"cache {reason}"
+    def _level(self, wait: Wait, tick: int) -> int:
+        """The level that supplied the data that came at `tick`: where the request was last."""
+        return level_of(wait.cause_at(tick), len(self.spec.caches))
+
+    def _reason(self, thread: Thread) -> str:
+        if not isinstance(thread.reason, Wait):
+            return {NO_WORK: "no work", LOCK: "lock"}[thread.reason]
+        level = self._level(thread.reason, thread.ready_tick)
+        return "dram" if level == len(self.spec.caches) else f"cache {level}"

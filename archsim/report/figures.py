@@ -69,6 +69,37 @@ def stall_stack(phases: Mapping[str, Phase]) -> str:
     return as_svg(figure, "stalls")
 
 
+@STYLED
+def cause_bars(phases: Mapping[str, Mapping[str, float]]) -> str:
+    """What the empty slots of each phase waited for, a bar for each cause down the chain that took any."""
+    causes = [
+        c
+        for c in dict.fromkeys(c for p in phases.values() for c in p)
+        if any(p.get(c) for p in phases.values())
+    ]
+    if not causes:
+        return ""
+    figure = Figure(figsize=(11.4, 1.0 + 0.16 * len(causes) * (1 + len(phases))), layout="constrained")
+    axes = figure.subplots()
+    height = 0.8 / len(phases)
+    for number, ((label, shares), colour) in enumerate(
+        zip(phases.items(), (BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY) * 9, strict=False)
+    ):
+        places = np.arange(len(causes)) + height * number - 0.4 + height / 2
+        bars = axes.barh(
+            places, [shares.get(cause, 0.0) for cause in causes], height, color=colour, label=words(label)
+        )
+        axes.bar_label(bars, [f"{shares.get(cause, 0.0):.1f}" for cause in causes], padding=3, fontsize=7)
+    axes.set_yticks(np.arange(len(causes)), [words(cause.replace(".", ": ")) for cause in causes])
+    axes.set(
+        xlabel="share of issue slots [%]",
+        title="What the empty slots waited for, from the cores down to the DRAM",
+    )
+    axes.invert_yaxis()
+    axes.legend(frameon=False, loc="lower right")
+    return as_svg(figure, "causes")
+
+
 class Roof(NamedTuple):
     """A phase under its machine's roofs."""
 

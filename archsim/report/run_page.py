@@ -34,6 +34,7 @@ def run_report(
         advice=[(phase.name, advice(phase)) for phase in ran],
         roofline=figures.roofline({phase.name: roof for phase in ran if (roof := roof_of(phase))}),
         stalls=figures.stall_stack({phase.name: phase for phase in ran}),
+        causes=figures.cause_bars({phase.name: phase.causes() for phase in ran}),
         outcomes=figures.shares(cache_outcomes(ran), figures.OUTCOMES, "lookups", "caches"),
         cache_columns=CACHE_COLUMNS,
         cache_rows=[

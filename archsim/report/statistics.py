@@ -35,13 +35,22 @@ class Phase(NamedTuple):
     caches: list[str]  # names of its caches, nearest to the cores first
 
     def stalls(self) -> dict[str, float]:
-        """Share of issue slots by what became of them: `useful`, then each reason to stall, in per cent."""
-        reasons = {
+        """Share of issue slots by what became of them: `useful`, then each place to wait, in per cent."""
+        places = {name: share for name, share in self._shares().items() if "." not in name}
+        return {"useful": float(self.values["useful_percent"]), **places}
+
+    def causes(self) -> dict[str, float]:
+        """Share of issue slots by what they waited for, as `no_work` or `l2.mshr`, in per cent."""
+        shares = self._shares()
+        levels = {name.partition(".")[0] for name in shares if "." in name}
+        return {name: share for name, share in shares.items() if name not in levels}
+
+    def _shares(self) -> dict[str, float]:
+        return {
             name.removeprefix("stall.").removesuffix("_percent"): float(value)
             for name, value in self.values.items()
             if name.startswith("stall.")
         }
-        return {"useful": float(self.values["useful_percent"]), **reasons}
 
 
 class Headline(NamedTuple):

@@ -12,6 +12,7 @@ from archsim.run import (
     replay_statistics,
     shadow_volume_kernels,
     shadow_volume_statistics,
+    stall_metrics,
     walkthrough,
 )
 from archsim.run.measure import Measure, Table
@@ -27,7 +28,9 @@ class Section(NamedTuple):
 
 SECTIONS = [
     Section("Cores, in every phase", "{phase}", metrics.CORES),
-    Section("What the cores waited for, for every cache and the DRAM", "{phase}", metrics.LEVELS),
+    Section("What the cores waited for, for every cache and the DRAM", "{phase}", stall_metrics.LEVELS),
+    Section("What the cores waited for at every cache", "{phase}", stall_metrics.AT_CACHE),
+    Section("What the cores waited for at the DRAM", "{phase}", stall_metrics.AT_DRAM),
     Section("Locks, in every phase", "{phase}.locks", metrics.LOCKS),
     Section("Every cache, in every phase; caches of one name are summed", "{phase}.{cache}", metrics.CACHES),
     Section("DRAM, in every phase, summed over the channels", "{phase}.dram", metrics.DRAM),

@@ -8,10 +8,11 @@ from typing import NamedTuple
 import numpy as np
 
 from archsim.machine.build import PhaseMachine
-from archsim.machine.counters import STALL_LOCK, STALL_NO_WORK, STALL_SUPPLIER, Counters
+from archsim.machine.counters import STALL_LOCK, STALL_MEMORY, STALL_NO_WORK, Counters
 from archsim.model.cache.spec import DRAM_PARENT, CacheSpec
 from archsim.run.measure import Measure, measured, percent, ratio
 from archsim.run.result import Check, Statistic
+from archsim.run.stall_metrics import stall_statistics
 
 
 class PhaseView(NamedTuple):
@@ -25,20 +26,13 @@ class PhaseView(NamedTuple):
         """Issue slots of all cores."""
         return self.counters.cycles * self.machine.spec.core.num_cores
 
-    def stalled(self, reason: int) -> int:
-        """Empty issue slots of all cores with that reason."""
-        return int(self.counters.stalled[:, reason].sum())
+    def stalled(self, cause: int) -> int:
+        """Empty issue slots of all cores with that cause."""
+        return int(self.counters.stalled[:, cause].sum())
 
     def cycles_of(self, ticks: float) -> float:
         """Core cycles in a number of ticks."""
         return ticks / self.machine.spec.core.period_ticks
-
-
-class LevelView(NamedTuple):
-    """A level that supplies lines: the caches of one name, or the DRAM."""
-
-    phase: PhaseView
-    members: tuple[int, ...]  # indices among caches and DRAM
 
 
 class CacheView(NamedTuple):
@@ -118,17 +112,6 @@ CORES = [
         "%",
         "Slots empty while waiting for a lock.",
         lambda view: percent(view.stalled(STALL_LOCK), view.slots),
-    ),
-]
-
-LEVELS = [
-    Measure(
-        "stall.{level}_percent",
-        "%",
-        "Slots empty while waiting for a line from {level}.",
-        lambda view: percent(
-            sum(view.phase.stalled(STALL_SUPPLIER + index) for index in view.members), view.phase.slots
-        ),
     ),
 ]
 
@@ -323,8 +306,8 @@ def phase_statistics(phase: str, machine: PhaseMachine, counters: Counters) -> l
     """Every counter of a phase and the ratios made of them, named `phase.component.what`."""
     view = PhaseView(machine, counters)
     found = measured(phase, CORES, view)
-    for level, members in _by_name([*machine.cache_names, "dram"]).items():
-        found += measured(phase, LEVELS, LevelView(view, tuple(members)), level=level)
+    waited = counters.stalled[:, STALL_MEMORY:].sum(axis=0)
+    found += stall_statistics(phase, by_name([*machine.cache_names, "dram"]), waited, view.slots)
     found += measured(f"{phase}.locks", LOCKS, view)
     return found + memory_statistics(phase, machine, counters)
 
@@ -332,12 +315,12 @@ def phase_statistics(phase: str, machine: PhaseMachine, counters: Counters) -> l
 def memory_statistics(phase: str, machine: PhaseMachine, counters: Counters) -> list[Statistic]:
     """The counters of caches and DRAM and the ratios made of them."""
     view, found = PhaseView(machine, counters), []
-    for cache, members in _by_name(machine.cache_names).items():
+    for cache, members in by_name(machine.cache_names).items():
         found += measured(f"{phase}.{cache}", CACHES, CacheView(view, members))
     return found + measured(f"{phase}.dram", DRAM, DramView(view))
 
 
-def _by_name(names: Sequence[str]) -> dict[str, list[int]]:
+def by_name(names: Sequence[str]) -> dict[str, list[int]]:
     """Indices of each name, in the order of first appearance."""
     return {name: [k for k, other in enumerate(names) if other == name] for name in dict.fromkeys(names)}
 

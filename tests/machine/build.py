@@ -11,6 +11,7 @@ from archsim.machine import compiled, reference
 from archsim.machine.counters import Counters
 from archsim.machine.spec import MachineSpec
 from archsim.model.cache.spec import DRAM_PARENT, CacheSpec
+from archsim.model.causes import AtCache, AtDram
 from archsim.model.core.spec import CoreSpec, TaskOrder
 from archsim.model.dram.spec import AddressField, DramSpec, DramTiming, PagePolicy, Scheduler
 from archsim.model.fifo.spec import FifoSpec
@@ -165,6 +166,15 @@ def tasks(*steps_of_tasks: list[Step]) -> Tasks:
 def work(*steps_of_tasks: list[Step]) -> Work:
     """A task for each argument: `work([3, load(8), EMIT], [])` is two tasks, the second empty."""
     return whole(tasks(*steps_of_tasks))
+
+
+def stalls(counters: Counters, core: int = 0) -> dict[str, int]:
+    """Empty slots of a core by cause, such as `0.mshr` for cache 0 or `dram.bus`; causes without slots are left out."""
+    num_caches = len(counters.cache_hits)
+    names = [f"{cache}.{cause.name.lower()}" for cache in range(num_caches) for cause in AtCache]
+    names += [f"dram.{cause.name.lower()}" for cause in AtDram]
+    counts = counters.stalled[core].tolist()
+    return {name: n for name, n in zip(["no_work", "lock", *names], counts, strict=True) if n}
 
 
 def difference(ours: Counters, theirs: Counters) -> str:

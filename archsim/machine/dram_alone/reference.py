@@ -14,6 +14,7 @@ from archsim.model.dram.commands import COMMAND, DRAM_COUNTERS, CommandSink
 from archsim.model.dram.reference import Dram
 from archsim.model.dram.spec import DramSpec
 from archsim.model.reference import Phase, at
+from archsim.model.waiting import Wait
 
 
 def simulate(
@@ -67,19 +68,19 @@ class Feeder:
                 return
             self.wait_sum += clock - arrival
             if is_write:
-                channel.arrive(Request(Kind.WRITEBACK, address, self.request_bytes, None))
+                channel.arrive(Request(Kind.WRITEBACK, address, self.request_bytes, None, Wait()))
             else:
                 self._read(clock, address)
             self.next = next(self.stream, None)
 
     def _read(self, clock: int, address: int) -> None:
-        def answered(tick: int, supplier: int) -> None:
+        def answered(tick: int) -> None:
             self.num_waiting_reads -= 1
             self.last_answer = max(self.last_answer, tick // self.spec.period_ticks)
             self.latencies[tick // self.spec.period_ticks - clock] += 1
 
         self.num_waiting_reads += 1
-        self.dram.arrive(Request(Kind.READ, address, self.request_bytes, answered))
+        self.dram.arrive(Request(Kind.READ, address, self.request_bytes, answered, Wait()))
 
     def outcome(self) -> DramRun:
         channels = self.dram.channels

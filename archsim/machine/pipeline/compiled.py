@@ -9,7 +9,7 @@ import numpy as np
 
 from archsim.errors import ArchsimError, fail
 from archsim.machine.compiled import check_memory, memory_counters
-from archsim.machine.counters import STALL_SUPPLIER, without_cores
+from archsim.machine.counters import STALL_MEMORY, without_cores
 from archsim.machine.pipeline.checking import channel_ends, checked_records
 from archsim.machine.pipeline.counters import PipelineCounters
 from archsim.machine.pipeline.loop import NEEDS_ROOM, WORK_WANTED, play
@@ -17,7 +17,9 @@ from archsim.machine.pipeline.spec import PipelineSpec
 from archsim.machine.pipeline.state import WORK, Machine, State
 from archsim.machine.pipeline.stuck import Wait, deadlock, unbalanced
 from archsim.machine.state import ANSWER, RUN
+from archsim.machine.waits import new_waits
 from archsim.model.cache.compiled_state import cache_table, most_fetches, most_sent, new_caches
+from archsim.model.causes import num_causes
 from archsim.model.compiled import NEVER, grown, integers, new_queues
 from archsim.model.core.compiled import new_cores
 from archsim.model.core.spec import CoreSpec, TaskOrder
@@ -79,10 +81,11 @@ def _initial_state(spec: PipelineSpec, machine: Machine) -> State:
     longest_wake = max((cache.hit_cycles for cache in spec.caches), default=1)
     queue_capacity = 64 + 2 * machine.spare_slots
 
-    core = new_cores(machine.core, STALL_SUPPLIER + len(spec.caches) + 1, longest_wake)
+    core = new_cores(machine.core, STALL_MEMORY + num_causes(len(spec.caches)), longest_wake)
     core.ready[:] = 0
     run = np.zeros(1, RUN)
     run["next_answer"] = run["next_lookup"] = NEVER
+    cache = new_caches(machine.caches, spec.caches, queue_capacity)
     return State(
         stages=new_stages(spec.units),
         pipes=new_pipes(spec.fifos),
@@ -92,11 +95,12 @@ def _initial_state(spec: PipelineSpec, machine: Machine) -> State:
         records=np.zeros(0, RECORD),
         work=np.zeros(1, WORK),
         core=core,
-        cache=new_caches(machine.caches, spec.caches, queue_capacity),
+        cache=cache,
         dram=new_dram(machine.dram, queue_capacity),
         answers=new_queues(2, num_fetches, ANSWER),
         filling=np.zeros(num_fetches, np.int64),
-        suppliers=np.zeros(num_fetches, np.int64),
+        sources=np.zeros(num_fetches, np.int64),
+        waits=new_waits(num_accesses, cache.mshrs, are_threads_at_dram=True),
         run=run,
     )
 

@@ -24,6 +24,7 @@ from archsim.model.pool.reference import Pool
 from archsim.model.reference import Phase, at, call
 from archsim.model.unit.reference import Channel, Send, Stage
 from archsim.model.unit.spec import NO_MEMORY, Slot
+from archsim.model.waiting import Wait
 from archsim.trace.stream import PipelineWork
 
 Progress = Callable[[int], None]  # (tasks ended)
@@ -93,7 +94,7 @@ class Machine:
 
         def send(now: int, kind: Kind, address: int, num_bytes: int, answer: Answer) -> None:
             assert memory != NO_MEMORY
-            request = Request(kind, address, num_bytes, answer, sender)
+            request = Request(kind, address, num_bytes, answer, Wait(), sender)
             if memory == DRAM_PARENT:
                 request = self._whole_bursts(request)
                 call(at(self.env, now, Phase.ARRIVE, sender), self.dram.arrive, request)

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from archsim.machine.waits import WaitsState
 from archsim.model.cache.compiled_state import CacheState
 from archsim.model.compiled import QueueState, record
 from archsim.model.core.compiled import CoreState
@@ -56,7 +57,8 @@ class State(NamedTuple):
     core: CoreState
     cache: CacheState
     dram: DramState
-    answers: QueueState  # ANSWER [2] fetches answered by a cache, by the DRAM; the rank is the supplier
+    answers: QueueState  # ANSWER [2] fetches answered by a cache, by the DRAM; the rank is its level
     filling: np.ndarray  # [fetches] those being filled in this cycle
-    suppliers: np.ndarray  # [fetches] from where
+    sources: np.ndarray  # [fetches] MSHR of the level above that it waited for, or LOOKUP_HIT
+    waits: WaitsState
     run: np.ndarray  # RUN [1]

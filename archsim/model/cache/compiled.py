@@ -23,7 +23,12 @@ from archsim.model.cache.compiled_state import (
 )
 from archsim.model.cache.replacement import INVALID, NO_WAY, use, victim
 from archsim.model.cache.spec import DRAM_PARENT, MAX_SECTORS
+from archsim.model.causes import AtCache
 from archsim.model.compiled import inlined_step, step
+
+_TARGET, _WAY, _MSHR, _WRITE_QUEUE = (
+    int(cause) for cause in (AtCache.TARGET, AtCache.WAY, AtCache.MSHR, AtCache.WRITE_QUEUE)
+)
 
 
 @inlined_step
@@ -104,18 +109,18 @@ def accept(spec, state, cycle, cache, request):
 @inlined_step
 def _meet(spec, state, cycle, cache, request, place, missing):
     """HIT if nothing is missing; MERGE if one fetch brings all that is, and a target is free; else REFUSED."""
+    owner, mshr = state.caches[cache], np.int64(NO_MSHR)
+    if missing != 0:
+        mshr = np.int64(state.fetching[place[0], place[1], _lowest(missing & state.ways[place]["coming"])])
+        is_full = state.mshrs[cache, mshr]["num_waiting"] == spec["num_targets"] and request.kind != WRITEBACK
+        if is_full or missing & ~np.int64(state.mshrs[cache, mshr]["sectors"]) != 0:
+            return _refuse(owner, _TARGET)
     is_through = spec["writes_through"] != 0 and request.kind != READ
     if is_through and not _has_room(spec, state, cycle, cache):
-        return REFUSED
-    if missing != 0:
-        number = state.fetching[place[0], place[1], _lowest(missing & state.ways[place]["coming"])]
-        mshr = state.mshrs[cache, number]
-        if missing & ~np.int64(mshr["sectors"]) != 0:
-            return REFUSED
-        if request.kind != WRITEBACK:
-            if mshr["num_waiting"] == spec["num_targets"]:
-                return REFUSED
-            _add_target(state, cache, number, request.requester)
+        return _refuse(owner, _WRITE_QUEUE)
+
+    if mshr != NO_MSHR and request.kind != WRITEBACK:
+        _add_target(state, cache, mshr, request.requester)
     outcome = HIT if missing == 0 else MERGE
     _use(spec, state, cache, request, place, outcome)
     _write(spec, state, cache, request, place)
@@ -133,15 +138,15 @@ def _miss(spec, state, cycle, cache, request, place):
     if not has_line:
         way = victim(one, state.tags, state.ways, row, owner["num_lookups"] + 1)
         if way == NO_WAY:
-            return REFUSED
+            return _refuse(owner, _WAY)
     wants_data = not is_write or (one["allocates_writes"] != 0 and not _covers(one, request))
     is_clear = wants_data and compiled_clear.is_clear(one, state.is_clear, *span(one, request))
     fetches = wants_data and not is_clear
     writes_back = not has_line and state.ways[row, way]["dirty"] != 0
     if fetches and owner["num_free"] == 0:
-        return REFUSED
+        return _refuse(owner, _MSHR)
     if (writes_back or (is_write and one["writes_through"] != 0)) and not _has_room(one, state, cycle, cache):
-        return REFUSED
+        return _refuse(owner, _WRITE_QUEUE)
 
     if not has_line:
         _replace(one, state, owner, (row, way), request)
@@ -159,11 +164,18 @@ def _miss(spec, state, cycle, cache, request, place):
 
 
 @inlined_step
+def _refuse(owner, lack):
+    """REFUSED, for want of this."""
+    owner["lack"] = lack
+    return REFUSED
+
+
+@inlined_step
 def _pass_on(spec, state, cycle, cache, request):
     """MISS of a write that leaves no line, or REFUSED."""
     owner = state.caches[cache]
     if not _has_room(spec, state, cycle, cache):
-        return REFUSED
+        return _refuse(owner, _WRITE_QUEUE)
     state.accepted[cache, request.kind, MISS] += 1
     owner["num_lookups"] += 1
     owner["passes_on"] = 1
@@ -251,7 +263,7 @@ def _expect(spec, state, cycle, cache, place, touched):
     mshr["set"], mshr["way"] = place
     mshr["sectors"] = touched
     mshr["arrival"] = cycle + spec["hit_cycles"]
-    mshr["num_waiting"] = mshr["parts_left"] = mshr["supplier"] = 0
+    mshr["num_waiting"] = mshr["parts_left"] = 0
     owner["fetch"] = number
     state.ways[place]["coming"] |= touched
     for sector in range(1 << (spec["line_shift"] - spec["sector_shift"])):
@@ -270,11 +282,10 @@ def _arrive(spec, state, place, sectors):
 
 
 @step
-def fill(spec, state, cycle, cache, number, supplier):
+def fill(spec, state, cycle, cache, number):
     """A part of the MSHR's fetch is here in `cycle`. True if it was the last; then the caller answers the targets."""
     owner, mshr = state.caches[cache], state.mshrs[cache, number]
     owner["fetch_cycles"] += cycle - mshr["arrival"]
-    mshr["supplier"] = max(mshr["supplier"], supplier)
     mshr["parts_left"] -= 1
     if mshr["parts_left"] > 0:
         return False
@@ -294,6 +305,7 @@ def end_block(owner, cycle):
     """The refused request is tried again in `cycle`."""
     if owner["blocked_since"] != NOT_BLOCKED:
         owner["blocked"] += cycle - owner["blocked_since"]
+        owner["refused_until"] = cycle
         owner["blocked_since"] = NOT_BLOCKED
 
 

@@ -62,7 +62,6 @@ _MSHR_INDICES = (
     "sectors",  # bit for each
     "num_waiting",  # targets
     "parts_left",  # requests to the next level that are not answered
-    "supplier",  # the lowest level that answered one
     "free",  # entry of the cache's stack of free MSHRs
 )
 _CACHE_FIELDS = (
@@ -72,6 +71,8 @@ _CACHE_FIELDS = (
     "victim_dirty",  # its dirty sectors
     "passes_on",  # whether the last lookup's write goes to the next level
     "lookup_due",  # cycle of the next lookup, or NEVER
+    "lack",  # AtCache: what the last refused request lacked
+    "refused_until",  # cycle behind the last one in which a request was refused
     "blocked_since",  # cycle in which a request was refused that has not been tried again, or NOT_BLOCKED
     "last_sender",  # of the last accepted request
     "waiting_writes",  # sent and not accepted by the next level, if that is a cache

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator
 from enum import Enum
+from functools import partial
 from typing import NamedTuple, Protocol
 
 import simpy
@@ -11,7 +12,9 @@ import simpy
 from archsim.model.cache.reference_clear import ClearBits
 from archsim.model.cache.reference_set import Answer, Fetch, Set, Way
 from archsim.model.cache.spec import Arbiter, CacheSpec, VictimOrder, WritePolicy
+from archsim.model.causes import AtCache, first_cause
 from archsim.model.reference import Phase, at, call
+from archsim.model.waiting import Wait
 
 # Attributes of a cache that count; machine/counters.py says what.
 CACHE_COUNTS = (
@@ -34,6 +37,7 @@ class Request(NamedTuple):
     address: int
     num_bytes: int
     answer: Answer | None
+    wait: Wait  # what becomes known of where it waits
     sender: int = 0  # number of the core or cache that asks
     taken: Callable[[], None] | None = None  # called when the request is accepted
 
@@ -74,6 +78,7 @@ class Cache:
         self.sent = 0  # requests that have not yet arrived at the next level
         self.waiting_writes = 0  # writes that the next level has not yet accepted
         self.uses = 0  # accepted requests, but CLEARs: the clock of LRU
+        self.lack = AtCache.MSHR  # what the last refused request lacked
 
         self.accepted = dict.fromkeys(Kind, 0)
         self.hits = self.merges = self.misses = self.clear_fills = 0
@@ -95,6 +100,10 @@ class Cache:
     def arrive(self, request: Request) -> None:
         """`request` is here now."""
         self.input.append(request)
+        request.wait.mark(int(self.env.now), self._cause(AtCache.PORT))
+
+    def _cause(self, what: AtCache) -> int:
+        return first_cause(self.index) + what
 
     def run(self) -> Generator[simpy.Event, None, None]:
         """The process: phase 2 of every core edge."""
@@ -104,13 +113,20 @@ class Cache:
             for _ in range(min(self.spec.num_ports, len(self.input))):
                 request = self._choose()
                 if not self._accept(tick, request):
-                    self.blocked += 1
+                    self._block(tick)
                     break
                 self.input.remove(request)
                 self.last_sender = request.sender
                 if request.taken is not None:
                     request.taken()
             tick += self.period_ticks
+
+    def _block(self, now: int) -> None:
+        """A request was refused: whoever waits here has waited for what that lacks, and waits for it a cycle more."""
+        self.blocked += 1
+        for request in self.input:
+            request.wait.since_the_first(self._cause(self.lack))
+            request.wait.mark(now + self.period_ticks, self._cause(AtCache.PORT))
 
     def _choose(self) -> Request:
         """The arrived request that is looked up next; `min` takes the first of several."""
@@ -147,7 +163,7 @@ class Cache:
 
     def _hit(self, now: int, request: Request, way: Way) -> bool:
         if self._goes_through(request) and not self._has_room():
-            return False
+            return self._refuse(AtCache.WRITE_QUEUE)
         self.hits += 1
         self._use(way)
         self._answer_at_hit_time(now, request)
@@ -159,13 +175,14 @@ class Cache:
         fetches = {id(fetch): fetch for sector, fetch in way.coming.items() if sector in missing}
         fetch = next(iter(fetches.values()))
         if len(fetches) > 1 or not missing <= fetch.sectors:
-            return False
+            return self._refuse(AtCache.TARGET)
         if request.answer is not None and len(fetch.targets) >= self.spec.num_targets:
-            return False
+            return self._refuse(AtCache.TARGET)
         if self._goes_through(request) and not self._has_room():
-            return False
+            return self._refuse(AtCache.WRITE_QUEUE)
 
         self.merges += 1
+        request.wait.mark(now, fetch.wait)
         if request.answer is not None:
             fetch.targets.append(request.answer)
         self._use(way)
@@ -181,14 +198,14 @@ class Cache:
         line = request.address // self.spec.line_bytes
         place = way or self.sets[line % self.spec.num_sets].victim(self.uses + 1)
         if place is None:
-            return False
+            return self._refuse(AtCache.WAY)
         victim = [] if place is way else self._dirty_runs(place)
         is_cleared = self._wants_data(request) and self.clear_bits.are_set(*self._span(request))
         fetches = self._wants_data(request) and not is_cleared
         if fetches and self.busy_mshrs >= self.spec.num_mshrs:
-            return False
+            return self._refuse(AtCache.MSHR)
         if (victim or self._goes_through(request)) and not self._has_room():
-            return False
+            return self._refuse(AtCache.WRITE_QUEUE)
 
         self.misses += 1
         self.clear_fills += is_cleared
@@ -208,10 +225,15 @@ class Cache:
             self._write_back(now, victim)
         return True
 
+    def _refuse(self, lack: AtCache) -> bool:
+        """The request lacks this: it is not accepted."""
+        self.lack = lack
+        return False
+
     def _pass_on(self, now: int, request: Request) -> bool:
         """A write that finds no line goes to the next level as it is."""
         if not self._has_room():
-            return False
+            return self._refuse(AtCache.WRITE_QUEUE)
         self.misses += 1
         self.uses += 1
         self._write_through(now, request)
@@ -277,31 +299,38 @@ class Cache:
         parts = self.parent.cut(*self._span(request))
         fetch = Fetch(now + self.spec.hit_cycles * self.period_ticks, self._sectors(request), len(parts))
         fetch.targets = [] if request.answer is None else [request.answer]
+        request.wait.mark(now, fetch.wait)
+        fetch.wait.mark(now, self._cause(AtCache.LOOKUP))
         way.coming |= dict.fromkeys(fetch.sectors, fetch)
-        for address, num_bytes in parts:
+        for number, (address, num_bytes) in enumerate(parts):
             self.fetches += 1
             self.fetched_bytes += num_bytes
-            answer = lambda tick, supplier: self._part_is_here(tick, supplier, way, fetch)  # noqa: E731
-            self._send(now, Request(Kind.READ, address, num_bytes, answer, self.sender))
+            answer = partial(self._part_is_here, way, fetch, number)
+            self._send(now, Request(Kind.READ, address, num_bytes, answer, fetch.parts[number], self.sender))
+        fetch.wait.mark(fetch.arrival, fetch.parts[-1])
 
-    def _part_is_here(self, now: int, supplier: int, way: Way, fetch: Fetch) -> None:
+    def _part_is_here(self, way: Way, fetch: Fetch, number: int, now: int) -> None:
         """Phase 0: a part of a fetch is here; with the last one its sectors are, and so they are for all who wait."""
         self.fetch_ticks += now - fetch.arrival
         fetch.parts_left -= 1
-        fetch.supplier = max(fetch.supplier, supplier)
+        fetch.answered = max(fetch.answered, (now, number))
         if fetch.parts_left > 0:
             return
+        if len(fetch.parts) > 1:
+            last_accepted = fetch.parts[-1].marks[-1][0]
+            fetch.wait.mark(last_accepted, fetch.parts[fetch.answered[1]])
         self.busy_mshrs -= 1
         way.present |= fetch.sectors
         for sector in fetch.sectors:
             del way.coming[sector]
         for answer in fetch.targets:
-            answer(now, fetch.supplier)
+            answer(now)
 
     def _answer_at_hit_time(self, now: int, request: Request) -> None:
         if request.answer is not None:
+            request.wait.mark(now, self._cause(AtCache.LOOKUP))
             tick = now + self.spec.hit_cycles * self.period_ticks
-            call(at(self.env, tick, Phase.FILL), request.answer, tick, self.index)
+            call(at(self.env, tick, Phase.FILL), request.answer, tick)
 
     def _send_write(self, now: int, address: int, num_bytes: int) -> int:
         """Send a write that wants no answer; the number of requests that it takes."""
@@ -311,7 +340,7 @@ class Cache:
             self.written_bytes += part_bytes
             self.waiting_writes += 1
             request = Request(
-                Kind.WRITEBACK, part_address, part_bytes, None, self.sender, self._write_is_taken
+                Kind.WRITEBACK, part_address, part_bytes, None, Wait(), self.sender, self._write_is_taken
             )
             self._send(now, request)
         return len(parts)

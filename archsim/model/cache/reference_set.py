@@ -6,8 +6,9 @@ from collections.abc import Callable
 
 from archsim.model.cache.replacement import random_way
 from archsim.model.cache.spec import CacheSpec, Replacement
+from archsim.model.waiting import Wait
 
-Answer = Callable[[int, int], None]  # (tick, supplier): the data is here, from this level
+Answer = Callable[[int], None]  # (tick): the data is here
 
 
 class Fetch:
@@ -15,7 +16,8 @@ class Fetch:
 
     def __init__(self, arrival: int, sectors: set[int], num_parts: int):
         self.arrival, self.sectors, self.parts_left = arrival, sectors, num_parts
-        self.supplier = -1  # the lowest level that any part came from
+        self.wait, self.parts = Wait(), [Wait() for _ in range(num_parts)]
+        self.answered = (-1, -1)  # tick and number of the part that was answered last
         self.targets: list[Answer] = []
 
 

@@ -168,12 +168,9 @@ def next_wake(state, cycle, limit):
 
 
 @inlined_step
-def charge_empty_slots(state, cycle, core, reason):
-    """The core's slots since its last issue were empty for this reason; the slot of `cycle` is used."""
+def use_slot(state, cycle, core):
+    """The core issues in `cycle`."""
     owner = state.cores[core]
-    empty_slots = cycle - owner["after_issue"]
-    if empty_slots > 0:
-        state.stalled[core, reason] += empty_slots
     owner["useful"] += 1
     owner["after_issue"] = cycle + 1
 

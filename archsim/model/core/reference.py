@@ -13,9 +13,10 @@ from archsim.model.cache.reference import Cache, Kind, Request
 from archsim.model.core.spec import CoreSpec
 from archsim.model.locks.reference import Locks
 from archsim.model.reference import Phase, at, call
+from archsim.model.waiting import Wait
 from archsim.trace.records import Op
 
-# Why a thread last waited; a wait for memory is said by the index of the level that supplied the line.
+# Why a slot was empty; causes from 0 up (model/causes.py) are waits for memory.
 NO_WORK = -2
 LOCK = -1
 
@@ -58,7 +59,7 @@ class Thread:
         self.ready_tick = 0
         self.has_task = False
         self.left: deque[Instruction] = deque()
-        self.reason = NO_WORK
+        self.reason: int | Wait = NO_WORK  # why it last waited
 
     def __str__(self) -> str:
         return f"core {self.core} thread {self.index}"
@@ -78,10 +79,13 @@ class Thread:
         self.reason = NO_WORK
         self.ready(now)
 
-    def wake(self, now: int, supplier: int) -> None:
+    def wake(self, now: int) -> None:
         """The data is here: ready now."""
-        self.reason = supplier
         self.ready(now)
+
+    def cause_at(self, tick: int) -> int:
+        """Why a slot at `tick` was empty that this thread could not use."""
+        return self.reason.cause_at(tick) if isinstance(self.reason, Wait) else self.reason
 
     def idle(self) -> None:
         self.state = State.IDLE
@@ -108,10 +112,10 @@ class Core:
         first = index * spec.num_threads
         self.threads = [Thread(index, i, first + i) for i in range(spec.num_threads)]
         self.pointer = 0
-        self.empty_slots = 0  # since the last issue
+        self.empty_slots: list[int] = []  # since the last issue
 
         self.useful = 0
-        self.stalled: Counter[int] = Counter()  # empty slots by reason
+        self.stalled: Counter[int] = Counter()  # empty slots by cause
         self.tasks = 0
         self.emitted = 0
         self.last_issue_tick = -spec.period_ticks
@@ -124,7 +128,7 @@ class Core:
             yield at(self.env, tick, Phase.ISSUE, self.index)
             thread = self._pick(tick)
             if thread is None:
-                self.empty_slots += 1
+                self.empty_slots.append(tick)
             else:
                 self._issue(tick, thread)
             tick += self.spec.period_ticks
@@ -151,8 +155,9 @@ class Core:
 
     def _issue(self, now: int, thread: Thread) -> None:
         self.useful += 1
-        self.stalled[thread.reason] += self.empty_slots
-        self.empty_slots = 0
+        for tick in self.empty_slots:
+            self.stalled[thread.cause_at(tick)] += 1
+        self.empty_slots = []
         self.last_issue_tick = now
         self.pointer = (thread.index + 1) % len(self.threads)
 
@@ -180,5 +185,8 @@ class Core:
     def _access(self, now: int, thread: Thread, instruction: Instruction) -> None:
         assert instruction.op is not None
         kind = _ACCESSES[instruction.op]
-        request = Request(kind, instruction.address, instruction.num_bytes, thread.wake, self.index)
+        thread.reason = Wait()
+        request = Request(
+            kind, instruction.address, instruction.num_bytes, thread.wake, thread.reason, self.index
+        )
         call(at(self.env, now, Phase.ARRIVE, self.index), self.cache.arrive, request)

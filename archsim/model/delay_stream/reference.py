@@ -115,7 +115,7 @@ class DelayStream:
     def _transfer(
         self, now: int, kind: Kind, offset: int, transfer: Transfer, done: Callable[[int], None]
     ) -> None:
-        def answer(tick: int, _: int) -> None:
+        def answer(tick: int) -> None:
             transfer.is_done = True
             self.last_move = tick
             done(tick)

@@ -20,6 +20,7 @@ from archsim.model.dram.compiled_state import (
     new_dram,
     recording,
 )
+from archsim.model.dram.compiled_waits import served_at
 from archsim.model.dram.compiled_window import enter, next_entry, num_in_window, ring_of
 from archsim.model.dram.spec import Scheduler
 
@@ -170,6 +171,7 @@ def _serve_first(spec, state, clock, number):
         channel["data_end"] = clock + spec.timing.n_cl
         channel["data_beats"] = (clock + spec.timing.n_cl) * spec.clock_beats
         requester = min(request["requester"], NO_REQUESTER)
+        served_at(state, number, clock)
         if request["is_write"] != 0:
             channel["writes"] += 1
         else:

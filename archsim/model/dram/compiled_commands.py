@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from archsim.model.compiled import inlined_step, step
 from archsim.model.dram.commands import Command
-from archsim.model.dram.compiled_read import charge_read
 from archsim.model.dram.compiled_state import CLOSED, NO_REQUESTER, NOBODY, WRITES
+from archsim.model.dram.compiled_waits import charge_read, find_wait
 
 _ACT, _PRE, _PREA = int(Command.ACT), int(Command.PRE), int(Command.PREA)
 _RD, _WR, _REF = int(Command.RD), int(Command.WR), int(Command.REF)
@@ -139,6 +139,7 @@ def column(spec, state, clock, number, slot):
     timing, channel, request = spec.timing, state.channels[number], state.waiting[number, slot]
     bank, is_write, bursts = state.banks[number, request["bank"]], request["is_write"], request["bursts"]
     last = clock + (bursts - 1) * timing.n_ccd_l
+    find_wait(spec, state, number, slot, clock)
     channel["last_burst"] = bank["last_use"] = last
     channel["data_clocks"] += bursts * (spec.burst_beats // spec.clock_beats)
     raise_to(channel, "read", last + timing.n_ccd)
@@ -155,7 +156,8 @@ def column(spec, state, clock, number, slot):
         read_in_group = max(read_in_group, written + timing.n_wtr_l)
     else:
         channel["reads"] += 1
-        charge_read(spec, channel, bank, request, clock, last)
+        charge_read(spec, state, number, request["clock"], last)
+        channel["last_read"] = last
         channel["data_beats"] = (last + timing.n_cl) * spec.clock_beats + spec.burst_beats - 1
         raise_to(channel, "data_end", last + timing.n_cl + spec.burst_beats // spec.clock_beats)
         raise_to(channel, "write", last + timing.n_rtw)

@@ -44,6 +44,7 @@ _CHANNEL_FIELDS = (
     "refresh_ended",  # when the banks could be used after it
     "written",  # when the last data written ended
     "written_bank",  # where it went
+    "last_read",  # clock of the last RD
     "data_beats",  # beats of time until the data of the request answered last has moved
     "data_end",  # when the data of all requests served so far has moved
     "last_wake",  # clock at which the channel was last woken
@@ -63,6 +64,9 @@ _QUEUED_FIELDS = (
 )
 QUEUED = record(*_QUEUED_FIELDS, indices=("bursts", "is_write"))
 WAITING = record(*_QUEUED_FIELDS, "row", "number", indices=("bursts", "is_write", "bank", "next"))
+# What a request waited for, in clocks: from one to before the next, other requests, a refresh, others, its row,
+# others, the bus to turn, others; then for its data.
+REQUEST_WAIT = record("refreshing", "refreshed", "opening", "opened", "turning", "turned", "column")
 LIST = record(
     "first_key", "hit_key", indices=("first", "last", "hit")
 )  # slots; `hit`: the first of the open row
@@ -95,6 +99,7 @@ class DramState(NamedTuple):
     banks: np.ndarray  # BANK [H, B]
     activates: np.ndarray  # [H, 4] clocks of the last four ACT, the oldest first
     channels: np.ndarray  # CHANNEL [H]
+    waits: np.ndarray  # REQUEST_WAIT [H] of the request that was answered last
     due: np.ndarray  # [H] next clock at which the channel must be woken
     next_due: np.ndarray  # [2] the first of them and its channel
     log: np.ndarray  # COMMAND [L] commands recorded; L = 0: none are
@@ -121,7 +126,7 @@ def new_dram(spec: DramSpec, queue_capacity: int) -> DramState:
     channels = np.zeros(spec.num_channels, CHANNEL)
     channels["last_burst"] = channels["last_wake"] = -1
     channels["next_refresh"] = refresh
-    channels["written"] = LONG_AGO
+    channels["written"] = channels["last_read"] = LONG_AGO
     channels["free"] = 1
     channels["plan"], channels["plan_due"] = PLAN_AGAIN, refresh
     return DramState(
@@ -131,6 +136,7 @@ def new_dram(spec: DramSpec, queue_capacity: int) -> DramState:
         banks=banks,
         activates=np.full((spec.num_channels, ACTIVATES_OF_WINDOW), LONG_AGO, np.int64),
         channels=channels,
+        waits=np.zeros(spec.num_channels, REQUEST_WAIT),
         due=np.full(spec.num_channels, refresh),
         next_due=np.array([refresh, 0], np.int64),
         log=np.zeros(0, COMMAND),

@@ -6,6 +6,7 @@ from archsim.model.compiled import NEVER, drop_oldest, inlined_step, num_items, 
 from archsim.model.dram.compiled_commands import field_of
 from archsim.model.dram.compiled_plan import overtakes
 from archsim.model.dram.compiled_state import CLOSED, NO_REQUESTER, NOBODY, PLAN_AGAIN, WRITES
+from archsim.model.dram.compiled_waits import served_at
 
 
 @inlined_step
@@ -47,6 +48,7 @@ def enter(spec, state, clock, number):
             channel["forwarded"] += 1
             channel["forwarded_bytes"] += request["bursts"] * spec.burst_beats * spec.beat_bytes
             channel["data_beats"] = (clock + 1) * spec.clock_beats
+            served_at(state, number, NEVER)
             drop_oldest(state.queue, reads)
             return request["requester"]
         _take(spec, state, clock, number, request)

@@ -8,8 +8,9 @@ from collections.abc import Callable, Generator
 import simpy
 
 from archsim.model.cache.reference import Kind, Request
+from archsim.model.causes import AtDram, first_cause
 from archsim.model.dram.commands import Command
-from archsim.model.dram.reference_banks import Bank, Banks
+from archsim.model.dram.reference_banks import Bank, Banks, overlap
 from archsim.model.dram.spec import AddressField, DramSpec, PagePolicy, Scheduler
 from archsim.model.reference import Phase, at, call
 
@@ -58,12 +59,13 @@ class Queued:
 
 
 class Channel:
-    """One channel. Its answers are charged to `supplier`; they can be used from a core edge on."""
+    """One channel, the DRAM being `level`. Its answers can be used from a core edge on."""
 
     def __init__(
-        self, spec: DramSpec, env: simpy.Environment, index: int, supplier: int, core_period_ticks: int
+        self, spec: DramSpec, env: simpy.Environment, index: int, level: int, core_period_ticks: int
     ):
-        self.spec, self.env, self.index, self.supplier = spec, env, index, supplier
+        self.spec, self.env, self.index = spec, env, index
+        self.first_cause = first_cause(level)
         self.core_period_ticks = core_period_ticks
         self.reads: list[Queued] = []  # the oldest first
         self.writes = (
@@ -83,6 +85,7 @@ class Channel:
         """`request` is here now."""
         self.num_arrived += 1
         queued = Queued(request, self.spec, int(self.env.now), self.num_arrived)
+        request.wait.mark(int(self.env.now), self.first_cause + AtDram.QUEUE)
         (self.writes if queued.is_write else self.reads).append(queued)
 
     def has_room(self, is_write: bool) -> bool:
@@ -127,6 +130,7 @@ class Channel:
             self.counts["writes" if queued.is_write else "reads"] += 1
             if not queued.is_write:
                 self.counts["read_bus_clocks"] += self.spec.timing.n_cl
+            queued.request.wait.mark(m * self.spec.period_ticks, self.first_cause + AtDram.BUS)
             if queued.request.answer is not None:
                 self._answer(m + self.spec.timing.n_cl, 0, queued.request)
         self.reads.clear()
@@ -256,6 +260,7 @@ class Channel:
         self.counts["data_clocks"] += bursts * spec.burst_clocks
         command = Command.WR if queued.is_write else Command.RD
         self.record(m, self.index, command, bank.number, queued.row, queued.column, bursts)
+        self._tell(m, queued)
         to_data = spec.timing.n_wl if queued.is_write else spec.timing.n_cl
         self.data_end = max(self.data_end, last + to_data + spec.burst_clocks)
         if queued.is_write:
@@ -265,12 +270,32 @@ class Channel:
         else:
             self.reads.remove(queued)
             self.counts["reads"] += 1
-            for cause, clocks in self.banks.waits(queued.arrival_clock, m, bank).items():
-                self.counts[f"read_{cause}_clocks"] += clocks
+            self._charge(m, queued)
             self.counts["read_bus_clocks"] += last + spec.timing.n_cl + spec.burst_clocks - m
             self.banks.read(last, bank)
         if queued.request.answer is not None:
             self._answer(last + to_data, spec.burst_beats - 1, queued.request)
+
+    def _charge(self, m: int, queued: Queued) -> None:
+        """Count the clocks of a read that has its RD in `m` by what they went into."""
+        arrival = queued.arrival_clock
+        waits = self.banks.waits(self.banks[queued.bank], arrival, queued.is_write)
+        clocks = {cause: overlap((arrival, m), span) for cause, span in waits.items()}
+        for cause, number in clocks.items():
+            self.counts[f"read_{cause.name.lower()}_clocks"] += number
+        self.counts["read_queue_clocks"] += m - arrival - sum(clocks.values())
+
+    def _tell(self, m: int, queued: Queued) -> None:
+        """Mark what a request that has its column command in `m` waited for since it came."""
+        period, wait = self.spec.period_ticks, queued.request.wait
+        past = wait.marks[0][0]
+        waits = self.banks.waits(self.banks[queued.bank], queued.arrival_clock, queued.is_write)
+        for cause, (begin, end) in waits.items():
+            if end * period > max(begin * period, past):
+                wait.mark(max(begin * period, past), self.first_cause + cause)
+                wait.mark(end * period, self.first_cause + AtDram.QUEUE)
+                past = end * period
+        wait.mark(m * period, self.first_cause + AtDram.BUS)
 
     def _answer(self, clock: int, beats: int, request: Request) -> None:
         """The fill at the first core edge at or after `beats` beats from `clock`, which may fall between two ticks."""
@@ -278,16 +303,16 @@ class Channel:
         edge = divide_up(data_beats * self.spec.period_ticks, self.spec.clock_beats * self.core_period_ticks)
         tick = edge * self.core_period_ticks
         assert request.answer is not None
-        call(at(self.env, tick, Phase.FILL), request.answer, tick, self.supplier)
+        call(at(self.env, tick, Phase.FILL), request.answer, tick)
 
 
 class Dram:
     """All channels: a request goes to the channel that its address names."""
 
-    def __init__(self, spec: DramSpec, env: simpy.Environment, supplier: int, core_period_ticks: int):
+    def __init__(self, spec: DramSpec, env: simpy.Environment, level: int, core_period_ticks: int):
         self.spec = spec
         self.channels = [
-            Channel(spec, env, index, supplier, core_period_ticks) for index in range(spec.num_channels)
+            Channel(spec, env, index, level, core_period_ticks) for index in range(spec.num_channels)
         ]
 
     def record(self, commands: list[tuple[int, ...]]) -> None:

@@ -5,6 +5,7 @@ Every bound is a running maximum: a later command never lowers it.
 
 from __future__ import annotations
 
+from archsim.model.causes import AtDram
 from archsim.model.dram.spec import DramSpec
 
 ACTIVATES_OF_WINDOW = 4  # n_faw: the window holds four ACT
@@ -32,6 +33,7 @@ class Banks:
         self.activates: list[int] = []  # clocks of all ACT of the last window
         self.refresh = (0, 0)  # the last one: when it was due, when the banks could be used again
         self.written: tuple[int, Bank] | None = None  # the last data written: when it ended, where
+        self.last_read: int | None = None  # clock of the last RD
 
     def __getitem__(self, number: int) -> Bank:
         return self.banks[number]
@@ -75,6 +77,7 @@ class Banks:
         """The RD of all bursts of a request, the last one in clock `last`."""
         timing = self.timing
         self._next_columns(last, bank)
+        self.last_read = last
         self.write_ready = max(self.write_ready, last + timing.n_rtw)
         bank.pre_ready = max(bank.pre_ready, last + timing.n_rtp)
 
@@ -103,23 +106,38 @@ class Banks:
         groups = self.spec.num_groups
         return [b for b in self.banks if b.number % groups == bank.number % groups] if groups > 1 else []
 
-    def waits(self, arrival: int, m: int, bank: Bank) -> dict[str, int]:
-        """What a read that came at `arrival` waited for until its RD at `m`, in clocks: machine/README.md."""
-        ready = bank.opened + self.timing.n_rcd_read
-        row_work = bank.opened - self.timing.n_rp if bank.closed >= arrival else bank.opened
-        clocks = {
-            "refresh": _overlap((arrival, m), self.refresh),
-            "activation": _overlap((arrival, m), (max(row_work, self.refresh[1]), ready)),
-            "turnaround": 0,
+    def waits(self, bank: Bank, arrival: int, is_write: bool) -> dict[AtDram, tuple[int, int]]:
+        """From when to when a request that came at `arrival` and has its column command now waited for what.
+
+        machine/README.md has the rule. The spans are in order; they may begin before it came.
+        """
+        timing = self.timing
+        ready = bank.opened + (timing.n_rcd_write if is_write else timing.n_rcd_read)
+        row_work = bank.opened - timing.n_rp if bank.closed >= arrival else bank.opened
+        spans = {
+            AtDram.REFRESH: self.refresh,
+            AtDram.ACTIVATION: (max(row_work, self.refresh[1]), ready),
+            AtDram.TURNAROUND: (0, 0),
         }
-        if self.written is not None:
-            ended, where = self.written
-            same_group = self.spec.num_groups > 1 and where in self._group_of(bank)
-            n_wtr = self.timing.n_wtr_l if same_group else self.timing.n_wtr
-            clocks["turnaround"] = _overlap((arrival, m), (max(ended, ready), ended + n_wtr))
-        return {**clocks, "queue": m - arrival - sum(clocks.values())}
+        turning = self._turning_to_write() if is_write else self._turning_to_read(bank)
+        if turning is not None:
+            spans[AtDram.TURNAROUND] = (max(turning[0], ready), turning[1])
+        return spans
+
+    def _turning_to_read(self, bank: Bank) -> tuple[int, int] | None:
+        if self.written is None:
+            return None
+        ended, where = self.written
+        same_group = self.spec.num_groups > 1 and where in self._group_of(bank)
+        return ended, ended + (self.timing.n_wtr_l if same_group else self.timing.n_wtr)
+
+    def _turning_to_write(self) -> tuple[int, int] | None:
+        """Behind the last RD, from when another RD could have come."""
+        if self.last_read is None:
+            return None
+        return self.last_read + self.timing.n_ccd, self.last_read + self.timing.n_rtw
 
 
-def _overlap(a: tuple[int, int], b: tuple[int, int]) -> int:
+def overlap(a: tuple[int, int], b: tuple[int, int]) -> int:
     """Clocks that are in both spans, each from its first to before its second."""
     return max(0, min(a[1], b[1]) - max(a[0], b[0]))

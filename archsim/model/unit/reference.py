@@ -253,7 +253,7 @@ class Stage:
             self.under_way += 1
             self.counts[name] += 1
             self.counts[f"{name}_bytes"] += num_bytes
-            self.send(now, kind, address, num_bytes, lambda tick, _: self._answered(tick, operation))
+            self.send(now, kind, address, num_bytes, lambda tick: self._answered(tick, operation))
         return not operation.to_send
 
     def _answered(self, now: int, operation: Operation) -> None:

@@ -6,7 +6,6 @@ closed (CLOSED_BANK), at T + 12 when its row is open (OPEN_ROW); the lines used 
 
 import pytest
 
-from archsim.machine.counters import STALL_SUPPLIER
 from tests.machine.build import (
     CACHE,
     CLOSED_BANK,
@@ -16,6 +15,7 @@ from tests.machine.build import (
     cached,
     load,
     machine,
+    stalls,
     store,
     work,
 )
@@ -62,7 +62,7 @@ def test_a_hit_in_the_second_level_takes_both_hit_times(simulate):
 
     assert counters.cycles == (2 + 5 + CLOSED_BANK + 2) + (2 + 5) + 1
     assert counters.cache_hits.tolist() == [0, 1]
-    assert counters.stalled[0].tolist()[STALL_SUPPLIER:] == [0, 6, 33]
+    assert stalls(counters) == {"0.lookup": 2 + 2, "1.lookup": 5 + 4, "dram.activation": 13, "dram.bus": 13}
 
 
 def test_a_second_miss_of_a_line_merges(simulate):
@@ -73,14 +73,16 @@ def test_a_second_miss_of_a_line_merges(simulate):
     assert counters.cache_fetches.tolist() == [1]
 
 
-def test_a_merge_is_charged_to_the_supplier_of_the_fetch_it_joined(simulate):
+def test_a_merge_waits_for_what_the_fetch_waits_for_that_it_joined(simulate):
     """Core 1 merges in the L2 with the fetch of core 0: both wait for the DRAM."""
     first, second = CACHE._replace(parent=2), CACHE
     spec = machine(num_cores=2, caches=(first, first, second))._replace(core_cache=(0, 1))
     counters = simulate(spec, work([load(A), 1], [load(A), 1]))
 
     assert counters.cache_merges.tolist() == [0, 0, 1]
-    assert counters.stalled[:, STALL_SUPPLIER + 3].tolist() == [1 + CLOSED_BANK, 1 + CLOSED_BANK]
+    rest = {"2.lookup": 1, "dram.activation": 13, "dram.bus": 11}
+    assert stalls(counters, 0) == {"0.lookup": 1, **rest}
+    assert stalls(counters, 1) == {"1.lookup": 1, **rest}
 
 
 def test_without_a_free_mshr_a_miss_waits(simulate):

@@ -18,13 +18,13 @@ from archsim.model.cache.spec import (
 from tests.machine.build import (
     CACHE,
     CLOSED_BANK,
-    OPEN_ROW,
     address,
     both_models,
     cached,
     clear,
     load,
     machine,
+    stalls,
     store,
     work,
 )
@@ -212,14 +212,14 @@ def test_a_victim_longer_than_the_parents_line_is_written_back_in_parts(simulate
     assert counters.cache_writebacks_in.tolist() == [0, 2]
 
 
-def test_the_wait_for_parts_is_charged_to_the_lowest_level(simulate):
+def test_the_wait_for_parts_is_where_the_part_is_that_comes_last(simulate):
     """The L2 has the second half of the line; the first half comes from the DRAM."""
     first, second = CACHE._replace(line_bytes=16, parent=2), CACHE
     spec = machine(num_cores=2, caches=(first, CACHE._replace(parent=2), second))._replace(core_cache=(0, 1))
     counters = simulate(spec, work([LONG, load(A), 1], [load(A + 8)]))
 
     assert counters.cache_hits[2] == 1
-    assert counters.stalled[0].tolist()[2:] == [0, 0, 0, 1 + OPEN_ROW]
+    assert stalls(counters) == {"0.lookup": 1, "2.lookup": 1, "dram.bus": 11}
 
 
 CLEARED = CACHE._replace(clear=ClearSpec(8, 0, 64, 1), num_sets=1, num_ways=1, hit_cycles=3)

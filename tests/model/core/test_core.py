@@ -3,7 +3,7 @@
 import pytest
 
 from archsim.errors import ArchsimError
-from archsim.machine.counters import STALL_LOCK, STALL_NO_WORK, STALL_SUPPLIER
+from archsim.machine.counters import STALL_LOCK, STALL_NO_WORK
 from archsim.model.core.spec import TaskOrder
 from tests.machine.build import (
     CACHE,
@@ -15,6 +15,7 @@ from tests.machine.build import (
     load,
     lock,
     machine,
+    stalls,
     store,
     unlock,
     work,
@@ -73,22 +74,19 @@ def test_threads_take_turns(simulate):
     assert counters.lock_wait_ticks == (10 - 3) + (16 - 4)
 
 
-def test_a_stall_on_memory_is_charged_to_the_level_that_supplied_the_line(simulate):
-    """The first LOAD is supplied by the DRAM (level 1), the second by the cache (level 0)."""
+def test_a_stall_on_memory_is_charged_to_where_the_request_is(simulate):
+    """The first LOAD goes to the DRAM, the second hits."""
     spec = MACHINE._replace(caches=(CACHE._replace(hit_cycles=7),))
     counters = simulate(spec, work([load(0), load(0), 1]))
 
-    stalled = counters.stalled[0]
-    assert stalled[STALL_SUPPLIER + 1] == 7 + CLOSED_BANK - 1
-    assert stalled[STALL_SUPPLIER + 0] == 7 - 1
-    assert counters.stalled.sum() == stalled[STALL_SUPPLIER] + stalled[STALL_SUPPLIER + 1]
+    assert stalls(counters) == {"0.lookup": 7 + 6, "dram.activation": 13, "dram.bus": 11}
 
 
 def test_a_wait_whose_thread_never_issues_again_is_no_work(simulate):
     counters = simulate(MACHINE, work([load(0)]))
 
     assert counters.cycles == 1 + CLOSED_BANK
-    assert counters.stalled[0].tolist() == [CLOSED_BANK, 0, 0, 0]
+    assert stalls(counters) == {"no_work": CLOSED_BANK}
 
 
 def test_empty_slots_are_charged_to_the_thread_that_ends_them(simulate):
@@ -96,7 +94,7 @@ def test_empty_slots_are_charged_to_the_thread_that_ends_them(simulate):
     counters = simulate(machine(num_cores=2), work([1, lock(0), 2], [lock(0), 8, unlock(0), 3]))
 
     # Core 1: LOCK in 0, compute 1 to 8, UNLOCK in 9, so core 0 issues again in 10 and 11.
-    assert counters.stalled[0].tolist() == [counters.cycles - 12, 8, 0, 0]
+    assert stalls(counters) == {"no_work": counters.cycles - 12, "lock": 8}
     assert counters.cycles == 13
     assert counters.stalled[1].sum() == 0
 
@@ -107,8 +105,7 @@ def test_another_thread_hides_the_wait(simulate):
     counters = simulate(machine(num_threads=2), work([load(0), 1], [compute]))
 
     assert counters.cycles == 1 + CLOSED_BANK + 1
-    assert counters.stalled[0, STALL_SUPPLIER + 1] == 1
-    assert counters.stalled.sum() == 1
+    assert stalls(counters) == {"dram.bus": 1}
 
 
 def test_a_thread_remembers_its_reason(simulate):
@@ -118,7 +115,7 @@ def test_a_thread_remembers_its_reason(simulate):
 
     # Core 1 asks in slot 1, core 0 unlocks in slot 5: slots 2 to 5 of core 1 are empty.
     assert counters.stalled[1, STALL_LOCK] == 4
-    assert counters.stalled[1, STALL_SUPPLIER + 1] > 0
+    assert stalls(counters, 1)["dram.bus"] > 0
 
 
 def test_a_store_waits_for_its_line(simulate):
