@@ -20,7 +20,7 @@ from archsim.report.run_page import run_report
 from archsim.report.sweep_page import sweep_report
 from archsim.reproduce.cells import Cell
 from archsim.run import simulate as simulate_run
-from archsim.run.folder import load_folder
+from archsim.run.folder import load_folder, write_whole
 from archsim.run.manifest import make_manifest
 from archsim.run.progress import Progress, silent
 from archsim.run.result import Result
@@ -28,7 +28,7 @@ from archsim.sweep.analysis import finished, pareto_front, sensitivity
 from archsim.sweep.expand import overrides as override_texts
 from archsim.sweep.plan import make_plan
 from archsim.sweep.start import find_sweep, run_path, run_sweep
-from archsim.sweep.store import INDEX, check_folder, write_whole
+from archsim.sweep.store import INDEX, check_folder
 from archsim.sweep.table import load_table, metrics_of, parameters_of, write_table
 from archsim.sweep.watch import SilentWatch
 from archsim.sweep.workers import LocalWorkers, OwnProcess

@@ -98,16 +98,36 @@ def _reproduce(
     figure: Annotated[
         int | None, typer.Option("--figure", metavar="NUMBER", help="One of its figures instead.")
     ] = None,
+    frames: Annotated[
+        int | None, typer.Option("--frames", min=1, metavar="N", help="Of each walkthrough, instead of all.")
+    ] = None,
 ) -> None:
     """Regenerate a paper's tables, each printed number beside ours."""
     if figure is None:
         from archsim.cli.reproduce import reproduce
 
-        reproduce(paper, out, as_json)
+        reproduce(paper, out, as_json, frames)
     else:
         from archsim.cli.figure import reproduce_figure
 
         reproduce_figure(paper, figure, out, as_json)
+
+
+@app.command("walkthrough")
+@at_the_edge
+def _walkthrough(
+    config: Annotated[
+        str,
+        typer.Argument(metavar="CONFIG", help="A walkthrough's YAML file, or PAPER/ROW of an experiment."),
+    ],
+    overrides: Overrides = None,
+    out: Out = None,
+    as_json: Json = False,
+) -> None:
+    """Draw shadow volumes in every frame of a walkthrough, untimed. One that was killed goes on at the next frame."""
+    from archsim.cli.walkthrough import walkthrough
+
+    walkthrough(config, overrides or [], out, as_json)
 
 
 @app.command("diff")

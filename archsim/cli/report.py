@@ -7,8 +7,8 @@ from pathlib import Path
 from archsim.errors import Location, fail
 from archsim.report.comparison_page import comparison_report
 from archsim.report.sweep_page import sweep_report
-from archsim.run.folder import load_folder
-from archsim.sweep.store import INDEX, write_whole
+from archsim.run.folder import load_folder, write_whole
+from archsim.sweep.store import INDEX
 
 
 def report(folders: list[Path], out: Path | None) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import sys
 import time
 from pathlib import Path
@@ -10,6 +11,7 @@ from types import ModuleType
 from archsim.cli.bars import Bars
 from archsim.cli.console import print_tables
 from archsim.cli.run import report_failed, run_files
+from archsim.cli.walkthrough import frames_beside
 from archsim.errors import did_you_mean, fail
 from archsim.report.reproduction_page import reproduction_report
 from archsim.report.tables import tables
@@ -17,22 +19,28 @@ from archsim.reproduce import aila2004, johnson2004, lloyd2007
 from archsim.reproduce.reproduction import Reproduction
 from archsim.run.folder import MANIFEST, as_json, check_target, fill_run, publish
 from archsim.run.manifest import common_manifest
+from archsim.run.progress import Progress
 
 PAPERS: dict[str, ModuleType] = {paper.ID: paper for paper in (johnson2004, aila2004, lloyd2007)}
 
 
-def reproduce(paper: str, out: Path | None, json_only: bool) -> None:
+def reproduce(paper: str, out: Path | None, json_only: bool, frames: int | None = None) -> None:
     """Simulate the rows, leave a folder with their run folders and the report, print the tables."""
     if paper not in PAPERS:
         raise fail(f"no paper '{paper}'", hint=did_you_mean(paper, PAPERS) or f"papers: {', '.join(PAPERS)}")
+    if frames is not None and paper != aila2004.ID:
+        raise fail(f"'{paper}' has no walkthroughs, so no frames", hint=f"papers with frames: {aila2004.ID}")
     target = out or Path("runs") / f"reproduce-{paper}"
     check_target(target)
+    unfinished = frames_beside(target)
 
     started = time.perf_counter()
     with Bars() as bars:
-        reproduction = PAPERS[paper].reproduce(bars)
+        reproduction = _simulated(paper, bars, unfinished, frames)
     seconds = time.perf_counter() - started
     folder = publish(target, True, lambda folder: _fill(folder, paper, reproduction, seconds))
+
+    shutil.rmtree(unfinished, ignore_errors=True)
 
     if json_only:
         print(_cells_json(reproduction), end="")
@@ -41,6 +49,14 @@ def reproduce(paper: str, out: Path | None, json_only: bool) -> None:
         print(f"written to {folder} (open {folder}/report.html)")
     of_rows = [(row.result.name, check) for row in reproduction.rows.values() for check in row.result.checks]
     report_failed([*of_rows, *((paper, check) for check in reproduction.checks)])
+
+
+def _simulated(paper: str, progress: Progress, unfinished: Path, frames: int | None) -> Reproduction:
+    """The rows and cells; frames of walkthroughs are kept until all are there."""
+    if paper == aila2004.ID:
+        return aila2004.reproduce(progress, unfinished, [] if frames is None else [f"frames={frames}"])
+    reproduction: Reproduction = PAPERS[paper].reproduce(progress)
+    return reproduction
 
 
 def _fill(folder: Path, paper: str, reproduction: Reproduction, seconds: float) -> None:

@@ -17,11 +17,12 @@ from archsim.config import load_sweep
 from archsim.errors import fail
 from archsim.report.formats import number
 from archsim.report.sweep_page import sweep_report
+from archsim.run.folder import write_whole
 from archsim.sweep.analysis import finished, knee, pareto_front, sensitivity
 from archsim.sweep.conduct import Tally
 from archsim.sweep.plan import Point, make_plan, shard
 from archsim.sweep.start import find_sweep, run_path, run_sweep
-from archsim.sweep.store import check_folder, read_index, write_whole
+from archsim.sweep.store import check_folder, read_index
 from archsim.sweep.table import load_table, metrics_of, parameters_of, write_table
 from archsim.sweep.workers import DaskWorkers, LocalWorkers, Workers
 

@@ -14,10 +14,10 @@ from archsim.machine.spec import MachineSpec
 from archsim.machine.timeline import record
 from archsim.report.perfetto import perfetto
 from archsim.report.waterfall import waterfall, waterfall_figure
+from archsim.run.folder import write_whole
 from archsim.run.izb_statistics import BUILD, RASTER
 from archsim.run.izb_work import Recorded, replay
 from archsim.run.kinds import kind_of
-from archsim.sweep.store import write_whole
 from archsim.trace.records import Tasks
 from archsim.trace.stream import Work, whole
 

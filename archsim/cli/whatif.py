@@ -13,10 +13,10 @@ from archsim.cli.configs import find_run
 from archsim.cli.watch import LiveTable
 from archsim.config import load_run, resolved_yaml
 from archsim.report.formats import number
-from archsim.run.folder import as_json
+from archsim.run.folder import as_json, write_whole
 from archsim.sweep.plan import make_plan
 from archsim.sweep.start import run_sweep
-from archsim.sweep.store import check_folder, write_whole
+from archsim.sweep.store import check_folder
 from archsim.sweep.table import load_table, write_table
 from archsim.sweep.whatif import Outcome, outcomes, whatif_sweep
 from archsim.sweep.workers import LocalWorkers

@@ -6,6 +6,9 @@ brute-force column, nothing else: `experiments/aila2004/calibrate.py`.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
 from typing import Any
 
 import yaml
@@ -68,15 +71,21 @@ PAPER = Paper(
 )
 
 
-def reproduce(progress: Progress = silent) -> Reproduction:
-    """Draw the four walkthroughs, two at a time, and set up the tables."""
-    rows = simulate_rows(ROWS, simulate_row, progress)
+def reproduce(
+    progress: Progress = silent, folder: Path | None = None, overrides: Sequence[str] = ()
+) -> Reproduction:
+    """Draw the four walkthroughs, two at a time, and set up the tables.
+
+    Frames are kept in `folder` as they are drawn, and not drawn again when they are there.
+    """
+    rows = simulate_rows(ROWS, partial(simulate_row, folder, tuple(overrides)), progress)
     return Reproduction(rows, make_cells(rows))
 
 
-def simulate_row(name: str, progress: Progress) -> Row:
-    """Draw one walkthrough at full size."""
-    return simulate_file(ID, name, load_walkthrough, simulate_walkthrough, progress)
+def simulate_row(folder: Path | None, overrides: Sequence[str], name: str, progress: Progress) -> Row:
+    """Draw one walkthrough, at full size where nothing is overridden."""
+    simulate = partial(simulate_walkthrough, folder=folder)
+    return simulate_file(ID, name, load_walkthrough, simulate, progress, overrides)
 
 
 def make_cells(rows: dict[str, Row]) -> list[Cell]:

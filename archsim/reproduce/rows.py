@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 from archsim import resources
@@ -30,13 +30,14 @@ def simulate_file(
     load: Callable[..., Any],
     simulate: Callable[[Any, Progress], Result],
     progress: Progress,
+    overrides: Sequence[str] = (),
 ) -> Row:
     """The row of experiments/PAPER/NAME.yaml; its name stands before what the progress says."""
 
     def named(what: str, done: int, total: int) -> None:
         progress(f"{name} {what}", done, total)
 
-    config = load(resources.experiment(paper) / f"{name}.yaml", [])
+    config = load(resources.experiment(paper) / f"{name}.yaml", overrides)
     started = time.perf_counter()
     result = simulate(config, named)
     return Row(config, result, time.perf_counter() - started)

@@ -164,6 +164,20 @@ def fill_run(folder: Path, files: RunFiles) -> None:
     (folder / MANIFEST).write_text(as_json(files.manifest), encoding="utf-8")
 
 
+def write_whole(path: Path, content: str | bytes) -> None:
+    """Write a file so that it is there as a whole or not at all."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, temporary = tempfile.mkstemp(prefix=f".{path.name}-unfinished-", dir=path.parent)
+    try:
+        with os.fdopen(handle, "wb") as stream:
+            stream.write(content if isinstance(content, bytes) else content.encode())
+        os.chmod(temporary, 0o644)
+        os.replace(temporary, path)
+    except BaseException:
+        Path(temporary).unlink(missing_ok=True)
+        raise
+
+
 def shadow_colours(shadow: np.ndarray) -> np.ndarray:
     """The mask as an image uint8 [height, width, 3], shadow dark."""
     return np.array([_LIT, _SHADOWED], dtype=np.uint8)[np.asarray(shadow, dtype=np.intp)]

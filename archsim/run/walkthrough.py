@@ -3,39 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 from statistics import mean
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from archsim.config import WalkthroughConfig
 from archsim.config.walkthrough import PipelinedVolumesConfig
-from archsim.raster.eye_view import eye_view
+from archsim.run.frames import Frame, draw_frame, keep, kept, kept_place
 from archsim.run.measure import Measure, measured
 from archsim.run.progress import Progress, silent
 from archsim.run.result import Check, Result
 from archsim.run.shadow_volume_statistics import TRAFFIC, average
 from archsim.run.shadow_volumes import method_of
-from archsim.scene.scene import Scene, digest, load_scene
-from archsim.shadow_volumes.comparison import BRUTE_FORCE, VARIANTS, Method, Traffic, Variant, draw, prepare
+from archsim.scene.scene import Scene, load_scene
+from archsim.shadow_volumes.comparison import BRUTE_FORCE, VARIANTS, Method, Traffic
 from archsim.shadow_volumes.hierarchical import Resources
 from archsim.shadow_volumes.psv_cache import CacheShape
 
-_STEPS = 20  # of progress in a variant
 FIRST = ("walkthrough.frames", "walkthrough.triangles")
 
 
-class Frame(NamedTuple):
-    """One frame, drawn by every variant."""
+def simulate_walkthrough(
+    config: WalkthroughConfig, progress: Progress = silent, folder: Path | None = None
+) -> Result:
+    """All frames of a walkthrough; statistics are averages over them, the mask is the last frame's.
 
-    scene_digest: str
-    triangles: int  # of all shadow volumes
-    volumes: int
-    variants: dict[str, Variant]
-
-
-def simulate_walkthrough(config: WalkthroughConfig, progress: Progress = silent) -> Result:
-    """All frames of a walkthrough; statistics are averages over them, the mask is the last frame's."""
+    Frames are kept in `folder` as they are drawn; those that are there are not drawn again.
+    """
     method = method_of(config.shadow_volumes, resources_of(config.shadow_volumes))
     frames = []
     for number, scene in enumerate(scenes(config)):
@@ -43,27 +39,26 @@ def simulate_walkthrough(config: WalkthroughConfig, progress: Progress = silent)
         def told(what: str, done: int, total: int, number: int = number) -> None:
             progress(what, number * total + done, config.frames * total)
 
-        light = np.asarray(scene.lights[config.shadow_volumes.light].position, np.float64)
-        frames.append(draw_frame(scene, light, method, told))
+        frames.append(_frame(config, scene, method, told, folder))
     return _result(config, frames)
 
 
-def draw_frame(scene: Scene, light: np.ndarray, method: Method, progress: Progress = silent) -> Frame:
-    """Every variant's shadow mask of one light in one view, and what it moves."""
-    seen = eye_view(scene.mesh, scene.camera, scene.width, scene.height)
-    view = prepare(scene, light, seen, method)
-    variants = {}
-    for name in VARIANTS:
+def _frame(
+    config: WalkthroughConfig, scene: Scene, method: Method, progress: Progress, folder: Path | None
+) -> Frame:
+    """One frame, from the folder if it is there."""
+    place = folder and kept_place(folder, scene, config.shadow_volumes)
+    frame = kept(place) if place else None
+    if frame is not None:
+        for name in frame.traffic:
+            progress(name, 1, 1)
+        return frame
 
-        def steps(number: int, name: str = name) -> Iterator[tuple[int, int]]:
-            for step in range(_STEPS):
-                progress(name, step, _STEPS)
-                yield number * step // _STEPS, number * (step + 1) // _STEPS
-            progress(name, _STEPS, _STEPS)
-
-        variants[name] = draw(view, name, method.resources, steps)
-    volumes = view.seen.volumes
-    return Frame(digest(scene), len(volumes.triangles), len(volumes.z_pass), variants)
+    light = np.asarray(scene.lights[config.shadow_volumes.light].position, np.float64)
+    frame = draw_frame(scene, light, method, progress)
+    if place:
+        keep(place, frame)
+    return frame
 
 
 def resources_of(config: PipelinedVolumesConfig) -> Resources:
@@ -119,25 +114,25 @@ COUNTS = [
 def _result(config: WalkthroughConfig, frames: list[Frame]) -> Result:
     statistics = measured("walkthrough", COUNTS, frames)
     for name in VARIANTS:
-        statistics += measured(name, TRAFFIC, average([frame.variants[name].traffic for frame in frames]))
+        statistics += measured(name, TRAFFIC, average([frame.traffic[name] for frame in frames]))
     checks = [check for index, frame in enumerate(frames) for check in _checks(index, frame)]
-    shadow = frames[-1].variants[BRUTE_FORCE].shadow
     values = {statistic.name: statistic.value for statistic in statistics}
     summary = {key: values[key] for key in (*FIRST, *(f"{name}.total" for name in VARIANTS))}
     summary["checks_passed"] = all(check.ok for check in checks)
-    return Result(config.name, frames[-1].scene_digest, summary, statistics, checks, shadow, [], {})
+    return Result(
+        config.name, frames[-1].scene_digest, summary, statistics, checks, frames[-1].shadow, [], {}
+    )
 
 
 def _checks(index: int, frame: Frame) -> list[Check]:
     """What must hold in every frame."""
-    brute = frame.variants[BRUTE_FORCE]
+    brute = frame.traffic[BRUTE_FORCE]
     checks = []
-    for name, variant in frame.variants.items():
-        different = int((variant.shadow != brute.shadow).sum())
+    for name, different in frame.different.items():
         checks.append(
             Check(f"frame {index}: {name}: shadow mask of brute force", different == 0, f"{different} differ")
         )
-        more = _more_than(variant.traffic, brute.traffic)
+        more = _more_than(frame.traffic[name], brute)
         checks.append(
             Check(f"frame {index}: {name}: no more pixels than brute force", not more, ", ".join(more))
         )

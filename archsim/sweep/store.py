@@ -11,9 +11,7 @@ from __future__ import annotations
 
 import fcntl
 import json
-import os
 import shutil
-import tempfile
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -21,7 +19,7 @@ from typing import Any, NamedTuple
 
 from archsim.config import RunConfig, resolved_yaml
 from archsim.errors import Location, fail
-from archsim.run.folder import MANIFEST, as_json, publish, result_json
+from archsim.run.folder import MANIFEST, as_json, publish, result_json, write_whole
 from archsim.run.manifest import make_manifest
 from archsim.run.result import Result
 
@@ -100,20 +98,6 @@ def read_failure(folder: Path, digest: str) -> str | None:
     """Why a point has no result; None if it was not tried."""
     path = _failure(folder, digest)
     return str(json.loads(path.read_text(encoding="utf-8"))["error"]) if path.is_file() else None
-
-
-def write_whole(path: Path, content: str | bytes) -> None:
-    """Write a file so that it is there as a whole or not at all."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, temporary = tempfile.mkstemp(prefix=f".{path.name}-unfinished-", dir=path.parent)
-    try:
-        with os.fdopen(handle, "wb") as stream:
-            stream.write(content if isinstance(content, bytes) else content.encode())
-        os.chmod(temporary, 0o644)
-        os.replace(temporary, path)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
 
 
 @contextmanager

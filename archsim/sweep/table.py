@@ -9,9 +9,9 @@ from typing import Any
 
 import pandas as pd
 
-from archsim.run.folder import MANIFEST
+from archsim.run.folder import MANIFEST, write_whole
 from archsim.sweep.expand import flow
-from archsim.sweep.store import IndexEntry, read_failure, read_index, write_whole
+from archsim.sweep.store import IndexEntry, read_failure, read_index
 
 TABLE = "table.parquet"
 _OWN = ("point", "status", "error", "seconds", "command")
