@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import AbstractContextManager, nullcontext
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -16,12 +18,16 @@ from archsim.config.components import CoreConfig
 from archsim.config.dram import DramConfig, IdealDramConfig
 from archsim.errors import did_you_mean, fail
 from archsim.machine.build import group_machine
+from archsim.machine.command_trace import written_commands
 from archsim.machine.play import MODELS
+from archsim.model.dram.commands import CommandSink
+from archsim.model.dram.spec import DramSpec, Scheduler
 from archsim.report.formats import number, words
 from archsim.run.export import export
 from archsim.run.folder import MANIFEST, as_json
-from archsim.run.replay import Play, Replay, level_named, replay_with_time, replay_without_time
+from archsim.run.replay import Replay, level_named, replay_without_time
 from archsim.run.replay_dram import dram_part, replay_on_dram
+from archsim.run.replay_timed import Play, replay_with_time
 from archsim.trace.accesses import Accesses
 from archsim.trace.files import read_accesses, trace_writer
 from archsim.trace.formats.languages import Format, Language, format_named
@@ -42,26 +48,39 @@ def info(file: Path, form: str, json_only: bool) -> None:
     Console().print(table)
 
 
-class ReplayOptions(NamedTuple):
-    """The options of `archsim trace replay`."""
+class Where(NamedTuple):
+    """Who gets the accesses of a trace."""
 
     machine: str
     overrides: list[str]
-    to: str
+    to: str  # a level
     cores: str | None
+
+    @property
+    def is_dram(self) -> bool:
+        return self.to == "dram"
+
+
+class How(NamedTuple):
+    """When the accesses are made, and what is written besides."""
+
     functional: bool
-    flush: bool | None
+    at_cycles: bool
     outstanding: int
+    flush: bool | None
     model: str
+    commands: Path | None
 
 
-def replay(file: Path, form_name: str, options: ReplayOptions, json_only: bool) -> None:
+def replay(file: Path, form_name: str, where: Where, how: How, json_only: bool) -> None:
     """Replay a trace and print what it found."""
     form = format_named(form_name)
-    machine = load_machine(find_config("machines", options.machine), options.overrides)
-    _check(options)
+    machine = load_machine(find_config("machines", where.machine), where.overrides)
+    is_named = machine.find(where.to, DramConfig) or machine.find(where.to, IdealDramConfig)
+    on_dram = where.is_dram or is_named is not None
+    _check(form, on_dram, how)
     with Bars() as bars:
-        found = _replayed(file, form, machine, options, bars)
+        found = (_on_dram if on_dram else _on_caches)((file, form), machine, where, how, bars)
     if json_only:
         print(as_json(found.tree()), end="")
     else:
@@ -69,36 +88,58 @@ def replay(file: Path, form_name: str, options: ReplayOptions, json_only: bool) 
     report_failed((found.name, check) for check in found.checks)
 
 
-def _check(options: ReplayOptions) -> None:
+def _check(form: Format, on_dram: bool, how: How) -> None:
     """ArchsimError for options that do not go together."""
-    if options.flush and not options.functional:
-        raise fail("--flush: only with --functional")
-    if options.functional and options.to == "dram":
+    if how.flush and on_dram:
+        raise fail("--flush: a DRAM has nothing to write back")
+    if how.functional and on_dram:
         raise fail("--functional: a DRAM is replayed with time only")
-    if options.model not in MODELS:
-        raise fail(f"--model: no model is named '{options.model}'", hint=did_you_mean(options.model, MODELS))
+    if how.functional and (how.at_cycles or how.commands):
+        raise fail(
+            f"{'--at-cycles' if how.at_cycles else '--commands'}: not with --functional, which has no time"
+        )
+    if how.at_cycles and not form.has_cycles:
+        raise fail(f"--at-cycles: '{form.name}' does not say when", hint="dramsim3 and csv do")
+    if how.model not in MODELS:
+        raise fail(f"--model: no model is named '{how.model}'", hint=did_you_mean(how.model, MODELS))
 
 
-def _replayed(file: Path, form: Format, machine: MachineConfig, options: ReplayOptions, bars: Bars) -> Replay:
-    name = f"{file.name} on {machine.name}"
-    if (
-        options.to == "dram"
-        or machine.find(options.to, DramConfig)
-        or machine.find(options.to, IdealDramConfig)
-    ):
-        part = dram_part(machine, None if options.to == "dram" else options.to)
-        return replay_on_dram(name, read_accesses(file, form), part, options.model)
+def _on_dram(
+    trace: tuple[Path, Format], machine: MachineConfig, where: Where, how: How, bars: Bars
+) -> Replay:
+    part = dram_part(machine, None if where.is_dram else where.to)
+    with _recorded(how, part.spec) as sink:
+        return replay_on_dram(
+            f"{trace[0].name} on {machine.name}", read_accesses(*trace), part, how.model, sink
+        )
+
+
+def _on_caches(
+    trace: tuple[Path, Format], machine: MachineConfig, where: Where, how: How, bars: Bars
+) -> Replay:
+    name = f"{trace[0].name} on {machine.name}"
 
     def reopen() -> Accesses:
-        return read_accesses(file, form)
+        return read_accesses(*trace)
 
-    phase = group_machine(machine, _group(machine, options.cores))
-    level = level_named(phase, options.to)
-    if options.functional:
-        ends_flushed = form.language in (Language.DINERO, Language.XDIN)
-        flush = ends_flushed if options.flush is None else options.flush
-        return replay_without_time(name, reopen, phase, level, flush)
-    return replay_with_time(name, reopen, phase, level, Play(options.model, options.outstanding, bars))
+    phase = group_machine(machine, _group(machine, where.cores))
+    level = level_named(phase, where.to)
+    if how.functional:
+        ends_flushed = trace[1].language in (Language.DINERO, Language.XDIN)
+        return replay_without_time(
+            name, reopen, phase, level, ends_flushed if how.flush is None else how.flush
+        )
+    play = Play(how.model, how.outstanding, bars, how.at_cycles, bool(how.flush), partial(_recorded, how))
+    return replay_with_time(name, reopen, phase, level, play)
+
+
+def _recorded(how: How, spec: DramSpec) -> AbstractContextManager[CommandSink | None]:
+    """Who takes the DRAM's commands. ArchsimError for a DRAM that has none."""
+    if how.commands is None:
+        return nullcontext()
+    if spec.scheduler == Scheduler.IDEAL:
+        raise fail("--commands: an ideal DRAM has no commands")
+    return written_commands(spec, how.commands)
 
 
 def _group(machine: MachineConfig, name: str | None) -> str:

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from archsim.cli.edge import at_the_edge
+from archsim.cli.sections import Sectioned
 
 trace_app = typer.Typer(
     name="trace",
@@ -37,7 +38,10 @@ def _info(file: TraceFile, form: FormatName, as_json: Json = False) -> None:
     info(file, form, as_json)
 
 
-@trace_app.command("replay")
+_WHERE, _WHEN, _OUTPUT = "Where the accesses go", "When they are made", "What comes out"
+
+
+@trace_app.command("replay", cls=Sectioned)
 @at_the_edge
 def _replay(
     file: TraceFile,
@@ -45,42 +49,96 @@ def _replay(
     machine: Annotated[
         str,
         typer.Option(
-            "--machine", metavar="NAME", help="A machine's YAML file, or a packaged machine's name."
+            "--machine",
+            metavar="NAME",
+            help="A machine's YAML file, or a packaged machine's name.",
+            rich_help_panel=_WHERE,
         ),
     ],
     to: Annotated[
         str,
         typer.Option(
-            "--to", metavar="LEVEL", help="Who gets the accesses: l1, l2 ..., a cache's name, or dram."
+            "--to",
+            metavar="LEVEL",
+            help="Who gets the accesses: l1, l2 ..., a cache's name, or dram.",
+            rich_help_panel=_WHERE,
         ),
     ] = "l1",
     cores: Annotated[
         str | None,
-        typer.Option("--cores", metavar="NAME", help="Whose caches; the first group of cores if not given."),
+        typer.Option(
+            "--cores",
+            metavar="NAME",
+            help="Whose caches; the first group of cores if not given.",
+            rich_help_panel=_WHERE,
+        ),
     ] = None,
+    overrides: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="PATH=VALUE",
+            help="Set a value of the machine. Repeatable.",
+            rich_help_panel=_WHERE,
+        ),
+    ] = None,
+    outstanding: Annotated[
+        int,
+        typer.Option(
+            "--outstanding",
+            min=1,
+            max=1024,
+            help="Accesses under way, for a single requester; the next one is made when one is answered.",
+            rich_help_panel=_WHEN,
+        ),
+    ] = 1,
+    at_cycles: Annotated[
+        bool,
+        typer.Option(
+            "--at-cycles",
+            help="At their cycles in the trace, whatever was answered; a DRAM does so anyway.",
+            rich_help_panel=_WHEN,
+        ),
+    ] = False,
     functional: Annotated[
-        bool, typer.Option("--functional", help="Count hits and misses only, without time; caches only.")
+        bool,
+        typer.Option(
+            "--functional",
+            help="Without time: each is finished before the next; caches only.",
+            rich_help_panel=_WHEN,
+        ),
     ] = False,
     flush: Annotated[
         bool | None,
         typer.Option(
             "--flush/--no-flush",
-            help="With --functional: write dirty lines back at the end; the default for dinero and xdin.",
+            help="Write dirty lines back at the end; the default for dinero and xdin with --functional.",
+            rich_help_panel=_WHEN,
         ),
     ] = None,
-    outstanding: Annotated[
-        int,
-        typer.Option("--outstanding", min=1, max=1024, help="Accesses under way, for a single requester."),
-    ] = 1,
-    model: Annotated[str, typer.Option("--model", metavar="reference|compiled")] = "compiled",
-    overrides: Overrides = None,
-    as_json: Json = False,
+    model: Annotated[
+        str, typer.Option("--model", metavar="reference|compiled", rich_help_panel=_WHEN)
+    ] = "compiled",
+    as_json: Annotated[
+        bool,
+        typer.Option("--json", help="Print JSON to stdout and nothing else.", rich_help_panel=_OUTPUT),
+    ] = False,
+    commands: Annotated[
+        Path | None,
+        typer.Option(
+            "--commands",
+            metavar="FILE",
+            help="Write the DRAM's commands, for archsim trace check-dram.",
+            rich_help_panel=_OUTPUT,
+        ),
+    ] = None,
 ) -> None:
     """Play a trace on a machine's caches and DRAM and print what it finds there."""
-    from archsim.cli.address_trace import ReplayOptions, replay
+    from archsim.cli.address_trace import How, Where, replay
 
-    options = ReplayOptions(machine, overrides or [], to, cores, functional, flush, outstanding, model)
-    replay(file, form, options, as_json)
+    where = Where(machine, overrides or [], to, cores)
+    how = How(functional, at_cycles, outstanding, flush, model, commands)
+    replay(file, form, where, how, as_json)
 
 
 @trace_app.command("check-dram")

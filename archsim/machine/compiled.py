@@ -9,12 +9,13 @@ import numpy as np
 
 from archsim.errors import ArchsimError, DeadlockError, Problem, fail
 from archsim.machine.counters import STALL_MEMORY, STALL_NO_WORK, Counters
+from archsim.machine.flush import drained_cycles, flushed, next_dirty
 from archsim.machine.loading import load_next, nothing_loaded
 from archsim.machine.loop import BAD_UNLOCK, NEEDS_ROOM, NEEDS_TASKS, play
 from archsim.machine.spec import MachineSpec
 from archsim.machine.state import ANSWER, RUN, Machine, State
 from archsim.machine.waits import new_waits
-from archsim.machine.watch import Watch
+from archsim.machine.watch import Levels, Watch
 from archsim.machine.watching import Collector
 from archsim.model.cache.compiled_state import (
     CACHE_COUNTS,
@@ -54,19 +55,29 @@ def simulate(
     progress: Progress | None = None,
     sink: CommandSink | None = None,
     watch: Watch | None = None,
+    flush: bool = False,
 ) -> Counters:
     """Play the work to its end and to the last request's; the DRAM's commands go to `sink`.
 
-    Raises ArchsimError for work that cannot be played.
+    With `flush` all dirty lines are written back at the end. Raises ArchsimError for work that cannot be played.
     """
     machine = _machine(spec)
     state = _initial_state(spec, machine, work.num_tasks, () if watch is None else watch.places)
-    collector = None if watch is None else Collector(spec, watch)
+    levels = Levels(len(spec.caches), spec.core.period_ticks, spec.dram.period_ticks)
+    collector = None if watch is None else Collector(levels, watch)
     if sink is not None:
         state = state._replace(dram=recording(state.dram))
     if work.num_tasks == 0:
         return _counters(spec, state)
 
+    def with_room(state: State) -> State:
+        if collector is not None:
+            collector.collect(state, is_over=False)
+        if sink is not None:
+            take_log(state.dram, sink)
+        return _with_room(machine, state)
+
+    unflushed = list(range(len(spec.caches))) if flush else []
     while True:
         status = play(machine, state)
         if status == NEEDS_TASKS:
@@ -74,18 +85,16 @@ def simulate(
                 progress(int(state.run[0]["finished"]), work.num_tasks)
             state = _with_next_chunk(spec, state, work)
         elif status == NEEDS_ROOM:
-            if collector is not None:
-                collector.collect(state, is_over=False)
-            state = _with_room(machine, state)
-            if sink is not None:
-                take_log(state.dram, sink)
+            state = with_room(state)
         elif status == BAD_UNLOCK:
             raise _bad_unlock(state)
+        elif state.run[0]["finished"] < work.num_tasks or np.any(state.cache.inbox.ends["count"]):
+            raise _deadlock(spec, state)
+        elif (cache := next_dirty(machine, state, unflushed)) is not None:
+            state = flushed(machine, state, cache, with_room)
         else:
             break
 
-    if state.run[0]["finished"] < work.num_tasks or np.any(state.cache.inbox.ends["count"]):
-        raise _deadlock(spec, state)
     if collector is not None:
         collector.collect(state, is_over=True)
     if progress is not None:
@@ -179,12 +188,13 @@ def _with_next_chunk(spec: MachineSpec, state: State, work: Work) -> State:
 def _with_room(machine: Machine, state: State) -> State:
     """The state with larger queues, where what a cycle may add no longer fits in."""
     state.run[0]["needs_room"] = 0
-    cache = state.cache._replace(inbox=_roomy(state.cache.inbox, machine.spare_slots))
-    dram = state.dram._replace(queue=_roomy(state.dram.queue, machine.spare_slots))
+    cache = state.cache._replace(inbox=roomy(state.cache.inbox, machine.spare_slots))
+    dram = state.dram._replace(queue=roomy(state.dram.queue, machine.spare_slots))
     return state._replace(cache=cache, dram=dram)
 
 
-def _roomy(queues: QueueState, spare_slots: int) -> QueueState:
+def roomy(queues: QueueState, spare_slots: int) -> QueueState:
+    """The queues, larger if one of them has fewer free slots than that."""
     is_crowded = np.any(queues.ends["count"] + np.int64(spare_slots) > queues.items.shape[1])
     return grown(queues) if is_crowded else queues
 
@@ -231,6 +241,7 @@ def _counters(spec: MachineSpec, state: State) -> Counters:
         locks_taken=int(locks["taken"]),
         locks_waited=int(locks["waited"]),
         lock_wait_ticks=int(locks["wait_cycles"]) * period,
+        drained_cycles=drained_cycles(state.run, period, spec.dram.period_ticks),
         **memory_counters(state.cache, state.dram, run["cycle"], period),
     )
 

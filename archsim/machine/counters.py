@@ -26,6 +26,7 @@ class Counters(NamedTuple):
     locks_taken: int  # LOCK operations granted
     locks_waited: int  # LOCK operations that found the lock held
     lock_wait_ticks: int  # ticks between asking and grant, summed over those
+    drained_cycles: int  # core cycles, rounded up, until nothing was on its way any more
     cache_reads: np.ndarray  # [K] read lookups (LOAD, or a child's fetch) that were accepted
     cache_writes: np.ndarray  # [K] write lookups (STORE) that were accepted
     cache_writebacks_in: np.ndarray  # [K] writes from children, back or through, that were accepted
@@ -87,10 +88,10 @@ def added(a: Counters, b: Counters) -> Counters:
     return Counters(**sums)
 
 
-def without_cores(cycles: int, memory: dict[str, np.ndarray]) -> Counters:
+def without_cores(cycles: int, drained_cycles: int, memory: dict[str, np.ndarray]) -> Counters:
     """Counters of a machine that has no cores: those of its caches and DRAM by name."""
     none = np.zeros(0, np.int64)
     cores: dict[str, Any] = dict.fromkeys(("useful", "stalled", "tasks", "emitted"), none)
     locks: dict[str, Any] = dict.fromkeys(("locks_taken", "locks_waited", "lock_wait_ticks"), 0)
     values: dict[str, Any] = {**cores, **locks, **memory}
-    return Counters(cycles=cycles, **values)
+    return Counters(cycles=cycles, drained_cycles=drained_cycles, **values)

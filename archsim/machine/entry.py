@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from archsim.machine.build import PhaseMachine
+from archsim.machine.pipeline.build import PipelineMachine
+from archsim.machine.pipeline.spec import PipelineSpec
 from archsim.model.cache.spec import DRAM_PARENT
 from archsim.model.core.spec import CoreSpec
 from archsim.model.fifo.spec import FifoSpec
-from archsim.model.unit.spec import UnitSpec
+from archsim.model.unit.spec import StageSpec, UnitSpec
 
 
 def path_from(machine: PhaseMachine, cache: int) -> list[int]:
@@ -30,3 +32,34 @@ def entered_at(machine: PhaseMachine, cache: int, core: CoreSpec) -> PhaseMachin
         caches=tuple(caches),
     )
     return machine._replace(spec=spec, cache_names=tuple(machine.cache_names[k] for k in path))
+
+
+MOST_UNDER_WAY = (
+    1024  # accesses of a requester that keeps to its cycles; a later one waits, and so do all behind it
+)
+
+
+def asked_by_units(machine: PhaseMachine, caches: list[int]) -> PipelineMachine:
+    """The machine's caches and DRAM with two units before each of `caches`, one that reads and one that writes."""
+    spec = machine.spec
+    units = [
+        StageSpec(
+            interval_cycles=0,
+            latency_cycles=1,
+            lanes=1,
+            inputs=(),
+            outputs=(),
+            pools=(),
+            memory=cache,
+            line_bytes=spec.caches[cache].line_bytes,
+            outstanding=MOST_UNDER_WAY,
+            in_flight=MOST_UNDER_WAY,
+        )
+        for cache in caches
+        for _ in ("reads", "writes")
+    ]
+    names = tuple(f"requester {k} {what}" for k in range(len(caches)) for what in ("reads", "writes"))
+    pipeline = PipelineSpec(spec.core.period_ticks, tuple(units), (), (), (), spec.caches, spec.dram)
+    return PipelineMachine(
+        pipeline, names, (), (), machine.cache_names, machine.tick_hertz, machine.dram_bytes
+    )

@@ -40,7 +40,7 @@ def access(spec: Machine, state: State, cycle, core, request):
     """A core asks its cache. A cache that only this core talks to can look at once: nobody else comes in `cycle`."""
     cache = spec.core_cache[core]
     if state.cache.watched[cache] and request.kind != CLEAR:
-        _see(state, cycle, request.requester, request)
+        see(state, cycle, request.requester, request)
     at_once = spec.is_private[cache] and queue_model.num_items(state.cache.inbox, cache) == 0
     if not (at_once and _accept(spec, state, cycle, cache, request)):
         put(spec, state, cycle, cache, core, request)
@@ -140,13 +140,13 @@ def _accept_otherwise(spec, state, cycle, cache, request):
 
     fetch_first = spec.caches[cache]["victim_order"] == VictimOrder.FETCH_FIRST
     if not fetch_first:
-        _send_victim(spec, state, arrival, cache)
+        send_victim(spec, state, arrival, cache)
     _send_fetch(spec, state, arrival, cache, request)
     if state.cache.caches[cache]["passes_on"] != 0:
         parts = _send_write(spec, state, arrival, cache, request.address, request.bytes)
         state.cache.caches[cache]["writethroughs_out"] += parts
     if fetch_first:
-        _send_victim(spec, state, arrival, cache)
+        send_victim(spec, state, arrival, cache)
     return True
 
 
@@ -165,7 +165,7 @@ def _send_fetch(spec, state, arrival, cache, request):
 
 
 @inlined_step
-def _send_victim(spec, state, arrival, cache):
+def send_victim(spec, state, arrival, cache):
     """The dirty sectors of the line that the last lookup replaced, a write for each run, the highest address first."""
     owner = state.cache.caches[cache]
     dirty = owner["victim_dirty"] if owner["victim"] != NO_LINE else 0
@@ -220,7 +220,7 @@ def _answer_fetch(state, arrival, level, requester):
 
 
 @step
-def _see(state, arrival, sender, request):
+def see(state, arrival, sender, request):
     """Note a request that reaches a place that is watched; ask for room long before there is none."""
     seen = state.cache.seen[state.cache.num_seen[0]]
     seen["cycle"], seen["address"], seen["bytes"] = arrival, request.address, request.bytes
@@ -243,14 +243,14 @@ def _send(spec, state, arrival, cache, request):
         start, end = start >> grain << grain, (((end - 1) >> grain) + 1) << grain
         whole = Request(start, end - start, request.kind, request.requester)
         if state.cache.watched[DRAM_PARENT]:
-            _see(state, arrival, cache, whole)
+            see(state, arrival, cache, whole)
         _send_to_dram(spec, state, arrival, cache, whole)
         return 1, end - start
     while start < end:
         stop = min(((start >> one["cut_shift"]) + 1) << one["cut_shift"], end)
         part = Request(start, stop - start, request.kind, request.requester - parts * each)
         if state.cache.watched[one["parent"]]:
-            _see(state, arrival, cache, part)
+            see(state, arrival, cache, part)
         put(spec, state, arrival, one["parent"], spec.core.num_cores + cache, part)
         start = stop
         parts += 1

@@ -21,13 +21,14 @@ def play(
     progress: Callable[[int, int], None] | None = None,
     sink: CommandSink | None = None,
     watch: Watch | None = None,
+    flush: bool = False,
 ) -> Counters:
-    """Counters of the work on the machine; the DRAM's commands go to `sink`.
+    """Counters of the work on the machine; the DRAM's commands go to `sink`; with `flush` dirty lines are written back.
 
     Loads only the model asked for: each brings a heavy library.
     """
     if model not in MODELS:
         raise ValueError(f"no model named {model!r}")
     simulate = import_module(f"archsim.machine.{model}").simulate
-    counters: Counters = simulate(spec, work, progress, sink, watch=watch)
+    counters: Counters = simulate(spec, work, progress, sink, watch=watch, flush=flush)
     return counters

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterable, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from typing import Any, cast
 
 import numpy as np
@@ -12,7 +12,7 @@ from archsim.errors import DeadlockError, Problem, fail
 from archsim.machine.checking import check_tasks
 from archsim.machine.counters import Counters
 from archsim.machine.spec import MachineSpec
-from archsim.machine.watch import SEEN, Watch, in_order, tell
+from archsim.machine.watch import SEEN, Levels, Watch, in_order, tell
 from archsim.model.cache.reference import CACHE_COUNTS, Cache, Kind, Request
 from archsim.model.cache.spec import DRAM_PARENT, CacheSpec
 from archsim.model.causes import num_causes
@@ -37,10 +37,12 @@ def simulate(
     sink: CommandSink | None = None,
     observe: Callable[[Machine], None] | None = None,
     watch: Watch | None = None,
+    flush: bool = False,
 ) -> Counters:
     """Play `work` on the machine `spec` and return its counters. The whole work is held in memory.
 
-    The DRAM's commands go to `sink`; `observe` is shown the machine before anything happens.
+    The DRAM's commands go to `sink`; `observe` is shown the machine before anything happens. With `flush` all dirty
+    lines are written back at the end.
     Raises ArchsimError for work that the machine cannot do, DeadlockError when it gets stuck.
     """
     machine = Machine(spec, _all_tasks(spec, work))
@@ -51,11 +53,12 @@ def simulate(
         observe(machine)
     seen = machine.tap(watch.places) if watch is not None else []
     if work.num_tasks > 0:
-        machine.env.run(until=machine.env.process(machine.watch(progress)))
+        machine.env.run(until=machine.env.process(machine.watch(progress, flush)))
     if sink is not None:
         sink(np.array(commands, COMMAND))
     if watch is not None:
-        tell(spec, watch, in_order(np.array(seen, SEEN)))
+        levels = Levels(len(spec.caches), spec.core.period_ticks, spec.dram.period_ticks)
+        tell(levels, watch, in_order(np.array(seen, SEEN)))
     return machine.counters()
 
 
@@ -72,16 +75,17 @@ def _all_tasks(spec: MachineSpec, work: Work) -> list[Any]:
 
 
 class Tap:
-    """Stands before a cache or the DRAM and notes what one sender asks of it."""
+    """Stands before a cache or the DRAM and notes what is asked of it, and who asks."""
 
-    def __init__(self, target: Any, sender: int | None, seen: list[Any], cycle: Callable[[], int]):
+    def __init__(
+        self, target: Any, sender: Callable[[Request], int], seen: list[Any], cycle: Callable[[], int]
+    ):
         self.target, self.sender, self.seen, self.cycle = target, sender, seen, cycle
 
     def arrive(self, request: Request) -> None:
-        """`request` is here now; a core's is of the thread that it wakes."""
+        """`request` is here now."""
         if request.kind is not Kind.CLEAR:
-            sender = self.sender if self.sender is not None else cast(Any, request.answer).__self__.number
-            is_write = request.kind is not Kind.READ
+            sender, is_write = self.sender(request), request.kind is not Kind.READ
             self.seen.append((self.cycle(), request.address, request.num_bytes, sender, is_write))
         self.target.arrive(request)
 
@@ -91,11 +95,22 @@ class Tap:
         return parts
 
 
+def constantly(number: int) -> Callable[[Request], int]:
+    """The sender of all requests of one cache."""
+    return lambda request: number
+
+
+def _thread(request: Request) -> int:
+    """The thread that the answer to a core's request wakes."""
+    return int(cast(Any, request.answer).__self__.number)
+
+
 class Machine:
     """The components of one machine, wired."""
 
     def __init__(self, spec: MachineSpec, tasks: list[Any]):
         self.spec, self.num_tasks = spec, len(tasks)
+        self.drained_cycle = 0  # when the run was over
         self.env = simpy.Environment()
         self.locks = Locks(spec.locks)
         self.dram = Dram(spec.dram, self.env, len(spec.caches), spec.core.period_ticks)
@@ -146,15 +161,16 @@ class Machine:
 
         for core in self.cores:
             if core.cache in targets:
-                core.cache = cast(Cache, Tap(core.cache, None, seen, cycle))
+                core.cache = cast(Cache, Tap(core.cache, _thread, seen, cycle))
         for cache in self.caches:
             if cache.parent in targets:
-                cache.parent = Tap(cache.parent, cache.index, seen, cycle)
+                cache.parent = Tap(cache.parent, constantly(cache.index), seen, cycle)
         return seen
 
-    def watch(self, progress: Progress | None) -> Generator[simpy.Event, None, None]:
+    def watch(self, progress: Progress | None, flush: bool) -> Generator[simpy.Event, None, None]:
         """The process that ends the run: after the first tick with all finished and nothing on its way."""
         tick, periods = 0, (self.spec.core.period_ticks, self.spec.dram.period_ticks)
+        unflushed = iter(self.caches if flush else [])
         while True:
             yield at(self.env, tick, Phase.END)
             finished = sum(core.tasks for core in self.cores)
@@ -162,7 +178,8 @@ class Machine:
                 progress(finished, self.num_tasks)
             if finished < self.num_tasks:
                 self._check_deadlock()
-            elif self.dram.is_quiet() and all(cache.is_quiet() for cache in self.caches):
+            elif is_drained(self, tick, unflushed):
+                self.drained_cycle = -(-tick // self.spec.core.period_ticks)
                 return
             tick = min((tick // period + 1) * period for period in periods)
 
@@ -189,6 +206,7 @@ class Machine:
             locks_taken=self.locks.taken,
             locks_waited=self.locks.waited,
             lock_wait_ticks=self.locks.wait_ticks,
+            drained_cycles=self.drained_cycle,
             **memory_counters(self.caches, self.dram),
         )
 
@@ -208,6 +226,16 @@ def make_caches(
         parent = dram if specs[index].parent == DRAM_PARENT else caches[specs[index].parent]
         caches[index] = Cache(specs[index], env, index, first_sender + index, period_ticks, parent)
     return [caches[index] for index in range(len(specs))]
+
+
+def is_drained(machine: Any, now: int, unflushed: Iterator[Cache]) -> bool:
+    """Whether nothing is on its way below a machine; then the next cache that has something to write back does so."""
+    while machine.dram.is_quiet() and all(cache.is_quiet() for cache in machine.caches):
+        cache = next(unflushed, None)
+        if cache is None:
+            return True
+        cache.flush(-(-now // cache.period_ticks) * cache.period_ticks)
+    return False
 
 
 def memory_counters(caches: list[Cache], dram: Dram) -> dict[str, np.ndarray]:

@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from archsim.machine.spec import MachineSpec
 from archsim.trace.accesses import ACCESS, Kind
 
 SEEN = np.dtype([(name, np.int64) for name in ("cycle", "address", "bytes", "requester", "is_write")])
@@ -16,12 +15,20 @@ SEEN = np.dtype([(name, np.int64) for name in ("cycle", "address", "bytes", "req
 class Watch(NamedTuple):
     """What a simulation is asked to tell: requests in order of their arrival.
 
-    Cycles are core cycles at caches, memory clocks at the DRAM. A request is made by a thread, or by the cache of that
-    index; those of one cycle are told in that order.
+    Cycles are core cycles at caches, memory clocks at the DRAM. A request is made by a thread (in a pipeline by a
+    unit, or a delay stream behind them), or by the cache of that index; those of one cycle are told in that order.
     """
 
     places: tuple[int, ...]  # indices of caches, or the number of caches for the DRAM alone
     tell: Callable[[np.ndarray], None]  # takes ACCESS records
+
+
+class Levels(NamedTuple):
+    """What is to be known of a machine of which requests are told."""
+
+    num_caches: int
+    period_ticks: int  # of a core cycle
+    dram_period_ticks: int  # of a memory clock
 
 
 def in_order(seen: np.ndarray) -> np.ndarray:
@@ -29,14 +36,14 @@ def in_order(seen: np.ndarray) -> np.ndarray:
     return seen[np.lexsort((seen["requester"], seen["cycle"]))]
 
 
-def tell(spec: MachineSpec, watch: Watch, seen: np.ndarray) -> None:
+def tell(levels: Levels, watch: Watch, seen: np.ndarray) -> None:
     """Tell SEEN records, whose cycles are core cycles."""
     if len(seen) == 0:
         return
     accesses = np.zeros(len(seen), ACCESS)
     accesses["cycle"] = seen["cycle"]
-    if len(spec.caches) in watch.places:
-        accesses["cycle"] = -(-seen["cycle"] * spec.core.period_ticks // spec.dram.period_ticks)
+    if levels.num_caches in watch.places:
+        accesses["cycle"] = -(-seen["cycle"] * levels.period_ticks // levels.dram_period_ticks)
     for name in ("address", "bytes", "requester"):
         accesses[name] = seen[name]
     accesses["kind"] = np.where(seen["is_write"] != 0, Kind.WRITE, Kind.READ)

@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
-from archsim.machine.spec import MachineSpec
-from archsim.machine.state import State
-from archsim.machine.watch import SEEN, Watch, in_order, tell
+from archsim.machine.watch import SEEN, Levels, Watch, in_order, tell
 
 
 class Collector:
     """Keeps what was seen until nothing can come before it any more."""
 
-    def __init__(self, spec: MachineSpec, watch: Watch):
-        self.spec, self.watch = spec, watch
+    def __init__(self, levels: Levels, watch: Watch):
+        self.levels, self.watch = levels, watch
         self.pending = np.zeros(0, SEEN)
 
-    def collect(self, state: State, is_over: bool) -> None:
+    def collect(self, state: Any, is_over: bool) -> None:
         """Take what was seen since the last time, and tell what is now final."""
         seen = state.cache.seen[: state.cache.num_seen[0]].astype(SEEN)
         state.cache.num_seen[0] = 0
@@ -25,5 +25,5 @@ class Collector:
         if not is_over:
             played = state.run[0]["cycle"]  # what is still to come arrives no earlier
             number = int(np.searchsorted(self.pending["cycle"], played))
-        tell(self.spec, self.watch, self.pending[:number])
+        tell(self.levels, self.watch, self.pending[:number])
         self.pending = self.pending[number:]

@@ -1,4 +1,4 @@
-"""Replay an address trace on the memory side of a machine: without time, or with it."""
+"""Replay an address trace on the caches of a machine, without time; what every replay gives."""
 
 from __future__ import annotations
 
@@ -9,19 +9,13 @@ import numpy as np
 
 from archsim.errors import did_you_mean, fail
 from archsim.machine.build import PhaseMachine
-from archsim.machine.counters import Counters
-from archsim.machine.entry import entered_at, path_from
-from archsim.machine.play import play
+from archsim.machine.entry import path_from
 from archsim.model.cache.functional import copy_back, counts_of, new_chain
 from archsim.model.cache.functional import replay as replay_chain
-from archsim.model.core.spec import CoreSpec, TaskOrder
-from archsim.model.unit.spec import UnitSpec
 from archsim.run.measure import measured
-from archsim.run.metrics import CACHES, DRAM, CacheView, DramView, PhaseView, phase_checks
-from archsim.run.progress import Progress
-from archsim.run.replay_statistics import LEVEL, MEMORY, REPLAY, SPEED, TRACE, speed_below_caches
+from archsim.run.replay_statistics import LEVEL, MEMORY, TRACE
 from archsim.run.result import Check, Statistic
-from archsim.trace.access_work import Reopen, dealt_work, requesters_work
+from archsim.trace.access_work import Reopen
 from archsim.trace.accesses import Kind
 
 
@@ -96,81 +90,21 @@ def replay_without_time(name: str, reopen: Reopen, machine: PhaseMachine, cache:
         copy_back(chain)
 
     counts = counts_of(chain)
-    names = _both_names([machine.cache_names[k] for k in path])
+    names = both_names([machine.cache_names[k] for k in path])
     statistics = measured("trace", TRACE, census.kinds)
     for level, number in names:
         statistics += measured(level, LEVEL, counts[number])
     statistics += measured("dram", MEMORY, counts[-1])
-    return replay_of(name, statistics, [], _wanted([machine.cache_names[k] for k in path], ["requests"]))
+    return replay_of(name, statistics, [], wanted_of([machine.cache_names[k] for k in path], ["requests"]))
 
 
-class Play(NamedTuple):
-    """How a trace is replayed with time."""
-
-    model: str
-    num_outstanding: int  # accesses of a trace with one requester that may be under way
-    progress: Progress
-
-
-def replay_with_time(name: str, reopen: Reopen, machine: PhaseMachine, cache: int, how: Play) -> Replay:
-    """Every requester makes its accesses in order, the next when the one before has been answered."""
-    census = Census()
-    for _ in census.watch(reopen()):
-        pass
-    line_bytes = machine.spec.caches[cache].line_bytes
-    if census.last_requester == 0:
-        core = machine.spec.core._replace(
-            num_cores=1, num_threads=how.num_outstanding, task_order=int(TaskOrder.FIRST_FREE)
-        )
-        machine, work = entered_at(machine, cache, core), dealt_work(reopen, line_bytes)
-    else:
-        machine = _with_requesters(machine, cache, census.last_requester + 1)
-        num_threads = machine.spec.core.num_cores * machine.spec.core.num_threads
-        work = requesters_work(reopen, line_bytes, num_threads)
-
-    counters = play(how.model, machine.spec, work, lambda done, all_: how.progress("replaying", done, all_))
-    return _timed_result(name, machine, counters, census)
-
-
-def _with_requesters(machine: PhaseMachine, cache: int, num_requesters: int) -> PhaseMachine:
-    """The machine with a thread for each requester: those of its cores, or, further down, a core for each."""
-    core = machine.spec.core
-    if cache != machine.spec.core_cache[0]:
-        return entered_at(
-            machine, cache, CoreSpec(num_requesters, 1, core.period_ticks, TaskOrder.INTERLEAVED)
-        )
-    if num_requesters > core.num_cores * core.num_threads:
-        threads = f"{core.num_cores} x {core.num_threads} threads"
-        raise fail(f"the trace has requesters up to {num_requesters - 1}; the cores have {threads}")
-    spec = machine.spec._replace(
-        core=core._replace(task_order=int(TaskOrder.INTERLEAVED)), source=UnitSpec(0)
-    )
-    return machine._replace(spec=spec)
-
-
-def _timed_result(name: str, machine: PhaseMachine, counters: Counters, census: Census) -> Replay:
-    view = PhaseView(machine, counters)
-    distinct = list(dict.fromkeys(machine.cache_names))
-    names = _both_names(distinct)
-    statistics = measured("trace", TRACE, census.kinds) + measured("replay", REPLAY, (view, census.kinds))
-    for level, number in names:
-        members = [k for k, other in enumerate(machine.cache_names) if other == distinct[number]]
-        statistics += measured(level, CACHES, CacheView(view, members))
-    statistics += measured("dram", DRAM, DramView(view)) + measured(
-        "dram", SPEED, speed_below_caches(DramView(view))
-    )
-    dram = ["requests", "row_hits", "row_misses", "row_conflicts", "gigabytes_per_second", "peak_percent"]
-    wanted = ["replay.cycles", *_wanted(distinct, dram)]
-    return replay_of(name, statistics, phase_checks("replay", machine, counters), wanted)
-
-
-def _wanted(levels: list[str], dram: list[str]) -> list[str]:
+def wanted_of(levels: list[str], dram: list[str]) -> list[str]:
     """Statistics for the summary."""
     found = [f"{level}.{what}" for level in levels for what in ("accesses", "hits", "misses", "writebacks")]
     return ["trace.accesses", *found, *(f"dram.{what}" for what in dram)]
 
 
-def _both_names(names: list[str]) -> list[tuple[str, int]]:
+def both_names(names: list[str]) -> list[tuple[str, int]]:
     """(name, position) of each level, by its component and, where no component is called so, as l1, l2, ..."""
     levels = [(f"l{number + 1}", number) for number in range(len(names)) if f"l{number + 1}" not in names]
     return sorted(

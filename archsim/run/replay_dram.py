@@ -14,6 +14,7 @@ from archsim.config.dram import DramConfig, IdealDramConfig
 from archsim.errors import did_you_mean, fail
 from archsim.machine.build import dram_spec
 from archsim.machine.dram_alone.stream import DramRun, Requests
+from archsim.model.dram.commands import CommandSink
 from archsim.model.dram.spec import DramSpec
 from archsim.run.measure import measured
 from archsim.run.replay import Bucket, Census, Replay, replay_of
@@ -74,8 +75,13 @@ def dram_part(machine: MachineConfig, name: str | None) -> DramPart:
     return DramPart(spec, request_bytes, machine.clocks[config.clock], config.capacity_bytes)
 
 
-def replay_on_dram(name: str, accesses: Accesses, part: DramPart, model: str) -> Replay:
-    """Every request enters at its cycle, a memory clock, or as soon as its channel's queue has room, in order."""
+def replay_on_dram(
+    name: str, accesses: Accesses, part: DramPart, model: str, sink: CommandSink | None = None
+) -> Replay:
+    """Every request enters at its cycle, a memory clock, or as soon as its channel's queue has room, in order.
+
+    The DRAM's commands go to `sink`.
+    """
     census, made = Census(), [0]
 
     def requests() -> Iterator[Requests]:
@@ -85,7 +91,7 @@ def replay_on_dram(name: str, accesses: Accesses, part: DramPart, model: str) ->
             yield _requests(pieces, part)
 
     run: DramRun = import_module(f"archsim.machine.dram_alone.{model}").simulate(
-        part.spec, part.request_bytes, requests()
+        part.spec, part.request_bytes, requests(), sink
     )
     statistics = measured("trace", TRACE, census.kinds)
     statistics += dram_alone(DramAloneView(run, part.spec), part.hertz)

@@ -121,9 +121,9 @@ def _peak_bytes(spec: DramSpec) -> int:
 
 
 def speed_below_caches(view: DramView) -> Speed:
-    """Of a replay with time on caches; it is over when the last access has been answered."""
+    """Of a replay with time on caches; it is over when nothing is on its way any more."""
     spec, hertz = view.phase.machine.spec, view.phase.machine.tick_hertz
-    clocks = -(-view.phase.counters.cycles * spec.core.period_ticks // spec.dram.period_ticks)
+    clocks = -(-view.phase.counters.drained_cycles * spec.core.period_ticks // spec.dram.period_ticks)
     return Speed(clocks, hertz / spec.dram.period_ticks, view.moved_bytes, _peak_bytes(spec.dram))
 
 
@@ -131,7 +131,7 @@ SPEED = [
     Measure(
         "cycles",
         "clocks",
-        "Memory clocks until the last access was answered; of a DRAM alone, until the last data moved.",
+        "Memory clocks until all that the accesses caused was over; of a DRAM alone, until the last data moved.",
         lambda speed: speed.clocks,
     ),
     Measure(

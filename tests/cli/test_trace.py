@@ -62,7 +62,43 @@ def test_a_final_flush_is_an_option(tmp_path):
 
     assert json.loads(replay("--functional", "--json").stdout)["summary"]["l2.writebacks"] == 1
     assert json.loads(replay("--functional", "--no-flush", "--json").stdout)["summary"]["l2.writebacks"] == 0
-    assert "--flush: only with --functional" in replay("--flush", exit_code=2).stderr
+    assert json.loads(replay("--flush", "--json").stdout)["summary"]["l2.writebacks"] == 1
+    assert json.loads(replay("--json").stdout)["summary"]["l2.writebacks"] == 0
+    assert "--flush: a DRAM has nothing" in replay("--flush", "--to", "dram", exit_code=2).stderr
+
+
+def test_accesses_are_made_at_their_cycles_if_the_trace_has_some(tmp_path):
+    (tmp_path / "a.csv").write_text("cycle,address,kind,bytes,requester\n0,0,read,4,0\n5000,4,read,4,0\n")
+    replayed = ("replay", "a.csv", "--format", "csv", "--machine", "tiny", "--json")
+
+    cycles = [
+        json.loads(archsim_(*replayed, *mode).stdout)["summary"]["replay.cycles"]
+        for mode in ([], ["--at-cycles"])
+    ]
+
+    assert cycles == [20 + 1, 5000 + 1]
+    (tmp_path / "a.din").write_text("0 0\n")
+    assert "--at-cycles: 'dinero' does not say when" in replay("--at-cycles", exit_code=2).stderr
+    assert "not with --functional" in archsim_(*replayed, "--at-cycles", "--functional", exit_code=2).stderr
+
+
+@pytest.mark.parametrize("mode", [[], ["--outstanding", "3"], ["--to", "dram"], ["--flush"]])
+def test_the_dram_commands_of_a_replay_obey_the_data_sheet(tmp_path, mode):
+    (tmp_path / "a.din").write_text("".join(f"{k % 2} {k * 5813 % 65536:x}\n" for k in range(400)))
+
+    replay("--commands", "c.csv", *mode)
+
+    judged = archsim_("check-dram", "c.csv", "--machine", "tiny").stdout
+    assert "no violation" in judged
+    assert " RD" in judged
+
+
+def test_the_options_of_a_replay_are_listed_in_sections():
+    helped = archsim_("replay", "--help").stdout
+
+    heads = ["Arguments:", "Where the accesses go:", "When they are made:", "What comes out:"]
+    places = [helped.index(head) for head in heads]
+    assert places == sorted(places)
 
 
 @pytest.mark.parametrize(

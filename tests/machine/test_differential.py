@@ -43,6 +43,17 @@ def test_both_models_agree_on_dense_work(played):
     assert_equal_counters(played)
 
 
+@settings(quick, max_examples=300)
+@given(plays(many_tasks()))
+def test_both_models_flush_alike(played):
+    spec, tasks = played
+    used, believed = (model.simulate(spec, whole(tasks), flush=True) for model in (compiled, reference))
+
+    assert not difference(used, believed), difference(used, believed)
+    written_back = used.cache_writebacks_out.sum() >= believed.cache_writebacks_in.sum()
+    assert written_back or used.cache_writethroughs_out.sum() > 0
+
+
 @pytest.mark.slow
 @settings(quick, max_examples=5000)
 @given(plays(many_tasks()))

@@ -8,7 +8,7 @@ from archsim.errors import ArchsimError
 from archsim.machine.build import group_machine
 from archsim.run.export import PHASES, export
 from archsim.run.progress import silent
-from archsim.run.replay import Play, replay_with_time
+from archsim.run.replay_timed import Play, replay_with_time
 
 SMALL = load_run("runs/tiny.yaml", ["scene.resolution=[16, 12]"])
 

@@ -9,8 +9,9 @@ from archsim.config import load_machine
 from archsim.errors import ArchsimError
 from archsim.machine.build import group_machine
 from archsim.run.progress import silent
-from archsim.run.replay import Play, level_named, replay_with_time, replay_without_time
+from archsim.run.replay import level_named, replay_without_time
 from archsim.run.replay_dram import dram_part, replay_on_dram
+from archsim.run.replay_timed import Play, replay_with_time
 from archsim.trace.accesses import ACCESS, Kind
 
 TINY = load_machine("machines/tiny.yaml")
@@ -143,6 +144,74 @@ def test_misses_with_time_are_those_without(first, second):
 def test_both_models_replay_alike(rows, outstanding):
     reopen = trace(rows) if rows else trace()
     assert timed(reopen, outstanding=outstanding) == timed(reopen, model="reference", outstanding=outstanding)
+
+
+def at_cycles(*rows, machine=BUILDER, level=0, model="compiled", flush=False):
+    """Rows of (cycle, address, bytes, requester, kind)."""
+    array = np.array(list(rows), ACCESS)
+    how = Play(model, 1, silent, at_cycles=True, flush=flush)
+    return values(replay_with_time("t", lambda: iter([array.copy()]), machine, level, how))
+
+
+@pytest.mark.parametrize("model", ["reference", "compiled"])
+def test_accesses_are_made_at_their_cycles_whatever_was_answered(model):
+    """A line of tiny's DRAM takes 20 cycles; two are under way together, so they take less than twice that."""
+    one = at_cycles((100, 0, 4, 0, R), model=model)
+    two = at_cycles((100, 0, 4, 0, R), (101, 1024, 4, 0, R), model=model)
+    written = at_cycles((100, 0, 4, 0, W), model=model)
+
+    assert one["replay.cycles"] == 120
+    assert 120 < two["replay.cycles"] < 140
+    assert written["replay.cycles"] == 120
+    assert one["l1.reads"] == 1
+    assert written["l1.writes"] == 1
+
+
+def test_every_requester_asks_its_own_cache_at_its_cycles():
+    rows = [(0, 0, 4, 0, R), (500, 0, 4, 8, R), (1000, 0, 4, 0, R), (1500, 0, 4, 1, R)]
+    found = at_cycles(*rows, machine=PAPER)
+
+    assert (found["fragment_l1.accesses"], found["fragment_l1.hits"], found["l2.reads"]) == (4, 2, 2)
+    assert at_cycles(*rows, machine=PAPER, level=4)["l2.accesses"] == 4
+    with pytest.raises(ArchsimError, match="requesters up to 32; the cores have 4 x 8 threads"):
+        at_cycles((0, 0, 4, 32, R), machine=PAPER)
+
+
+def test_a_pause_that_no_record_can_say_is_refused():
+    with pytest.raises(ArchsimError, match="2147483648 cycles lie between two accesses"):
+        at_cycles((2**31, 0, 4, 0, R))
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    rows=st.lists(
+        st.tuples(
+            st.integers(0, 60), st.integers(0, 2000), st.sampled_from([1, 4, 8]), st.sampled_from(Kind)
+        ),
+        min_size=1,
+        max_size=40,
+    ),
+    flush=st.booleans(),
+)
+def test_both_models_keep_to_the_cycles_alike(rows, flush):
+    ends = np.cumsum([row[0] for row in rows]).tolist()
+    accesses = [(end, *row[1:3], 0, row[3]) for end, row in zip(ends, rows, strict=True)]
+
+    compiled = at_cycles(*accesses, flush=flush)
+
+    assert compiled == at_cycles(*accesses, model="reference", flush=flush)
+    assert compiled["replay.cycles"] >= ends[-1]
+
+
+def test_a_flush_with_time_writes_down_what_is_dirty():
+    """One line of the L1 is dirty; its L2 line, fetched by the write, becomes so and is written to the DRAM."""
+    replay = replay_with_time("t", trace([(4, 4, 0, W)]), BUILDER, 0, Play("compiled", 1, silent, flush=True))
+    found, plain = values(replay), timed(trace([(4, 4, 0, W)]))
+
+    assert (found["l1.writebacks"], found["l2.writebacks"], found["dram.writes"]) == (1, 1, 1)
+    assert (plain["l1.writebacks"], plain["dram.writes"]) == (0, 0)
+    assert found["replay.cycles"] == plain["replay.cycles"] == 20
+    assert found["dram.cycles"] > plain["dram.cycles"] == 20
 
 
 def on_dram(*rows, machine=TINY, model="compiled"):

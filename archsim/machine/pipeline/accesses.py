@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from archsim.machine import memory
 from archsim.machine.pipeline.state import Machine, State
-from archsim.model.cache.compiled_state import Request
+from archsim.model.cache.compiled_state import CLEAR, Request
 from archsim.model.cache.spec import DRAM_PARENT
 from archsim.model.compiled import inlined_step, step
 from archsim.model.core import compiled as core_model
@@ -18,13 +18,19 @@ def ask(spec: Machine, state: State, cycle, requester, access, where, kind):
     level, first, last = where
     number = requester * spec.core.num_threads + access
     if level != DRAM_PARENT:
-        memory.put(spec, state, cycle, level, requester, Request(first, last + 1 - first, kind, number))
+        request = Request(first, last + 1 - first, kind, number)
+        if state.cache.watched[level] and kind != CLEAR:
+            memory.see(state, cycle, requester, request)
+        memory.put(spec, state, cycle, level, requester, request)
         return
     begin = first >> spec.burst_shift
     bursts = (last >> spec.burst_shift) - begin + 1
     rank = requester - spec.core.num_cores
     start, num_bytes = begin << spec.burst_shift, bursts << spec.burst_shift
-    memory.access_dram(spec, state, cycle, rank, bursts, Request(start, num_bytes, kind, number))
+    request = Request(start, num_bytes, kind, number)
+    if state.cache.watched[DRAM_PARENT]:
+        memory.see(state, cycle, requester, request)
+    memory.access_dram(spec, state, cycle, rank, bursts, request)
 
 
 @inlined_step

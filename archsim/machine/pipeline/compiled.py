@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from archsim.errors import ArchsimError, fail
-from archsim.machine.compiled import check_memory, memory_counters
+from archsim.machine.compiled import check_memory, memory_counters, roomy
 from archsim.machine.counters import STALL_MEMORY, without_cores
+from archsim.machine.flush import drained_cycles, flushed, next_dirty
 from archsim.machine.pipeline.checking import channel_ends, checked_records
 from archsim.machine.pipeline.counters import PipelineCounters
 from archsim.machine.pipeline.loop import NEEDS_ROOM, WORK_WANTED, play
@@ -18,13 +19,16 @@ from archsim.machine.pipeline.state import WORK, Machine, State
 from archsim.machine.pipeline.stuck import Wait, deadlock, unbalanced
 from archsim.machine.state import ANSWER, RUN
 from archsim.machine.waits import new_waits
+from archsim.machine.watch import Levels, Watch
+from archsim.machine.watching import Collector
 from archsim.model.cache.compiled_state import cache_table, most_fetches, most_sent, new_caches
 from archsim.model.causes import num_causes
-from archsim.model.compiled import NEVER, grown, integers, new_queues
+from archsim.model.compiled import NEVER, integers, new_queues
 from archsim.model.core.compiled import new_cores
 from archsim.model.core.spec import CoreSpec, TaskOrder
 from archsim.model.delay_stream.compiled import READS, WRITES, new_streams
-from archsim.model.dram.compiled import new_dram
+from archsim.model.dram.commands import CommandSink
+from archsim.model.dram.compiled import new_dram, recording, take_log
 from archsim.model.fifo.compiled import new_pipes
 from archsim.model.pool.compiled import new_pools
 from archsim.model.unit.compiled import new_stages
@@ -34,10 +38,34 @@ from archsim.trace.stream import PipelineWork
 Progress = Callable[[int], Any]  # called with the tasks ended
 
 
-def simulate(spec: PipelineSpec, work: PipelineWork, progress: Progress | None = None) -> PipelineCounters:
-    """Play the work to its end and to the last request's. ArchsimError for work that cannot be played."""
+def simulate(
+    spec: PipelineSpec,
+    work: PipelineWork,
+    progress: Progress | None = None,
+    sink: CommandSink | None = None,
+    watch: Watch | None = None,
+    flush: bool = False,
+) -> PipelineCounters:
+    """Play the work to its end and to the last request's; the DRAM's commands go to `sink`.
+
+    With `flush` all dirty lines are written back at the end. Raises ArchsimError for work that cannot be played.
+    """
     machine = _machine(spec)
-    state = _with_chunk(spec, work.units, _initial_state(spec, machine), work.chunks)
+    initial = _initial_state(spec, machine, () if watch is None else watch.places)
+    if sink is not None:
+        initial = initial._replace(dram=recording(initial.dram))
+    state = _with_chunk(spec, work.units, initial, work.chunks)
+    levels = Levels(len(spec.caches), spec.period_ticks, spec.dram.period_ticks)
+    collector = None if watch is None else Collector(levels, watch)
+
+    def with_room(state: State) -> State:
+        if collector is not None:
+            collector.collect(state, is_over=False)
+        if sink is not None:
+            take_log(state.dram, sink)
+        return _with_room(machine, state)
+
+    unflushed = list(range(len(spec.caches))) if flush else []
     while True:
         status = play(machine, state)
         if status == WORK_WANTED:
@@ -45,13 +73,18 @@ def simulate(spec: PipelineSpec, work: PipelineWork, progress: Progress | None =
                 progress(int(state.stages.units["tasks"].sum()))
             state = _with_chunk(spec, work.units, state, work.chunks)
         elif status == NEEDS_ROOM:
-            state = _with_room(state)
+            state = with_room(state)
+        elif (error := _error(spec, work.units, state)) is not None:
+            raise error
+        elif (cache := next_dirty(machine, state, unflushed)) is not None:
+            state = flushed(machine, state, cache, with_room)
         else:
             break
 
-    error = _error(spec, work.units, state)
-    if error is not None:
-        raise error
+    if collector is not None:
+        collector.collect(state, is_over=True)
+    if sink is not None:
+        take_log(state.dram, sink)
     return _counters(spec, state)
 
 
@@ -74,7 +107,7 @@ def _machine(spec: PipelineSpec) -> Machine:
     )
 
 
-def _initial_state(spec: PipelineSpec, machine: Machine) -> State:
+def _initial_state(spec: PipelineSpec, machine: Machine, watched: tuple[int, ...]) -> State:
     """Cycle 0: all channels, caches and queues empty, no task loaded."""
     num_accesses = machine.core.num_cores * machine.core.num_threads
     num_fetches = most_fetches(spec.caches) + num_accesses + 1
@@ -85,7 +118,7 @@ def _initial_state(spec: PipelineSpec, machine: Machine) -> State:
     core.ready[:] = 0
     run = np.zeros(1, RUN)
     run["next_answer"] = run["next_lookup"] = NEVER
-    cache = new_caches(machine.caches, spec.caches, queue_capacity)
+    cache = new_caches(machine.caches, spec.caches, queue_capacity, watched)
     return State(
         stages=new_stages(spec.units),
         pipes=new_pipes(spec.fifos),
@@ -127,11 +160,11 @@ def _with_chunk(
     return state._replace(records=words.view(RECORD))
 
 
-def _with_room(state: State) -> State:
-    """The state with larger queues."""
+def _with_room(machine: Machine, state: State) -> State:
+    """The state with larger queues, where what a cycle may add no longer fits in."""
     state.run[0]["needs_room"] = 0
-    cache = state.cache._replace(inbox=grown(state.cache.inbox))
-    dram = state.dram._replace(queue=grown(state.dram.queue))
+    cache = state.cache._replace(inbox=roomy(state.cache.inbox, machine.spare_slots))
+    dram = state.dram._replace(queue=roomy(state.dram.queue, machine.spare_slots))
     return state._replace(cache=cache, dram=dram)
 
 
@@ -197,6 +230,8 @@ def _counters(spec: PipelineSpec, state: State) -> PipelineCounters:
         pool_released=pools.released["count"].copy(),
         pool_peak=pools.pools["peak"].copy(),
         memory=without_cores(
-            cycles, memory_counters(state.cache, state.dram, state.run[0]["cycle"], spec.period_ticks)
+            cycles,
+            drained_cycles(state.run, spec.period_ticks, spec.dram.period_ticks),
+            memory_counters(state.cache, state.dram, state.run[0]["cycle"], spec.period_ticks),
         ),
     )

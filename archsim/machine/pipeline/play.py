@@ -9,14 +9,23 @@ from archsim.errors import did_you_mean, fail
 from archsim.machine.pipeline.build import PipelineMachine
 from archsim.machine.pipeline.counters import PipelineCounters
 from archsim.machine.play import MODELS
+from archsim.machine.watch import Watch
+from archsim.model.dram.commands import CommandSink
 from archsim.trace.stream import PipelineWork
 
 
 def play(
-    model: str, machine: PipelineMachine, work: PipelineWork, progress: Callable[[int], None] | None = None
+    model: str,
+    machine: PipelineMachine,
+    work: PipelineWork,
+    progress: Callable[[int], None] | None = None,
+    sink: CommandSink | None = None,
+    watch: Watch | None = None,
+    flush: bool = False,
 ) -> PipelineCounters:
     """Counters of the work on the machine; `progress` is called with the tasks ended now and then.
 
+    The DRAM's commands go to `sink`; with `flush` dirty lines are written back at the end.
     ArchsimError if the work is for other units than the machine has. Loads only the model asked for: each brings a
     heavy library.
     """
@@ -24,7 +33,7 @@ def play(
         raise ValueError(f"no model named {model!r}")
     _check_units(machine, work)
     module = import_module(f"archsim.machine.pipeline.{model}")
-    counters: PipelineCounters = module.simulate(machine.spec, work, progress)
+    counters: PipelineCounters = module.simulate(machine.spec, work, progress, sink, watch=watch, flush=flush)
     return counters
 
 

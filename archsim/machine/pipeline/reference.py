@@ -14,10 +14,12 @@ from archsim.machine.pipeline.checking import channel_ends, checked_records
 from archsim.machine.pipeline.counters import PipelineCounters
 from archsim.machine.pipeline.spec import PipelineSpec
 from archsim.machine.pipeline.stuck import deadlock, unbalanced
-from archsim.machine.reference import make_caches, memory_counters
+from archsim.machine.reference import Tap, constantly, is_drained, make_caches, memory_counters
+from archsim.machine.watch import SEEN, Levels, Watch, in_order, tell
 from archsim.model.cache.reference import Answer, Kind, Request
 from archsim.model.cache.spec import DRAM_PARENT
 from archsim.model.delay_stream.reference import DelayStream
+from archsim.model.dram.commands import COMMAND, CommandSink
 from archsim.model.dram.reference import Dram
 from archsim.model.fifo.reference import Pipe
 from archsim.model.pool.reference import Pool
@@ -30,15 +32,32 @@ from archsim.trace.stream import PipelineWork
 Progress = Callable[[int], None]  # (tasks ended)
 
 
-def simulate(spec: PipelineSpec, work: PipelineWork, progress: Progress | None = None) -> PipelineCounters:
+def simulate(
+    spec: PipelineSpec,
+    work: PipelineWork,
+    progress: Progress | None = None,
+    sink: CommandSink | None = None,
+    watch: Watch | None = None,
+    flush: bool = False,
+) -> PipelineCounters:
     """Play `work` on the machine `spec` and return its counters. The whole work is held in memory.
 
+    The DRAM's commands go to `sink`. With `flush` all dirty lines are written back at the end.
     Raises ArchsimError for work that the machine cannot do, DeadlockError when it gets stuck.
     """
     channel_ends(spec)
     machine = Machine(spec, work.units, _all_records(spec, work))
+    commands: list[tuple[int, ...]] = []
+    if sink is not None:
+        machine.dram.record(commands)
+    seen = machine.tap(watch.places) if watch is not None else []
     if not all(unit.is_done() for unit in machine.units):
-        machine.env.run(until=machine.env.process(machine.watch(progress)))
+        machine.env.run(until=machine.env.process(machine.watch(progress, flush)))
+    if sink is not None:
+        sink(np.array(commands, COMMAND))
+    if watch is not None:
+        levels = Levels(len(spec.caches), spec.period_ticks, spec.dram.period_ticks)
+        tell(levels, watch, in_order(np.array(seen, SEEN)))
     counters = machine.counters()
     left, held = (
         counters.channel_put - counters.channel_taken,
@@ -67,9 +86,11 @@ class Machine:
     def __init__(self, spec: PipelineSpec, names: tuple[str, ...], records: list[list[Any]]):
         self.spec, self.names = spec, names
         self.env = env = simpy.Environment()
+        self.drained_cycle = 0  # when the run was over
         self.dram = Dram(spec.dram, env, len(spec.caches), spec.period_ticks)
         num_units, num_streams = len(spec.units), len(spec.delay_streams)
         self.caches = make_caches(spec.caches, env, num_units + num_streams, spec.period_ticks, self.dram)
+        self.targets: list[Any] = [*self.caches, self.dram]  # whom units and delay streams ask
         self.pools = [Pool(pool) for pool in spec.pools]
         self.fifos = [Pipe(fifo) for fifo in spec.fifos]
         self.streams = [
@@ -97,9 +118,7 @@ class Machine:
             request = Request(kind, address, num_bytes, answer, Wait(), sender)
             if memory == DRAM_PARENT:
                 request = self._whole_bursts(request)
-                call(at(self.env, now, Phase.ARRIVE, sender), self.dram.arrive, request)
-            else:
-                call(at(self.env, now, Phase.ARRIVE, sender), self.caches[memory].arrive, request)
+            call(at(self.env, now, Phase.ARRIVE, sender), self.targets[memory].arrive, request)
 
         return send
 
@@ -110,17 +129,36 @@ class Machine:
         last = (request.address + request.num_bytes - 1) // burst_bytes
         return request._replace(address=first * burst_bytes, num_bytes=(last - first + 1) * burst_bytes)
 
-    def watch(self, progress: Progress | None) -> Generator[simpy.Event, None, None]:
+    def tap(self, places: tuple[int, ...]) -> list[Any]:
+        """Note all requests to these caches (or, by the number of caches, the DRAM) in the list that is returned."""
+        targets = [[*self.caches, self.dram][place] for place in places]
+        seen: list[Any] = []
+
+        def cycle() -> int:
+            return int(self.env.now) // self.spec.period_ticks
+
+        for cache in self.caches:
+            if cache.parent in targets:
+                cache.parent = Tap(cache.parent, constantly(cache.index), seen, cycle)
+        self.targets = [
+            Tap(target, _sender_of, seen, cycle) if target in targets else target for target in self.targets
+        ]
+        return seen
+
+    def watch(self, progress: Progress | None, flush: bool) -> Generator[simpy.Event, None, None]:
         """The process that ends the run: after the first tick with all done and nothing on its way."""
         tick, periods = 0, (self.spec.period_ticks, self.spec.dram.period_ticks)
+        unflushed = iter(self.caches if flush else [])
         while True:
             yield at(self.env, tick, Phase.END)
             if progress is not None:
                 progress(sum(unit.counts["tasks"] for unit in self.units))
             is_quiet = self.dram.is_quiet() and all(cache.is_quiet() for cache in self.caches)
-            if is_quiet and all(unit.is_done() for unit in self.units):
+            is_done = all(unit.is_done() for unit in self.units)
+            if is_quiet and is_done and is_drained(self, tick, unflushed):
+                self.drained_cycle = -(-tick // self.spec.period_ticks)
                 return
-            if is_quiet and tick % self.spec.period_ticks == 0:
+            if is_quiet and not is_done and tick % self.spec.period_ticks == 0:
                 self._check_deadlock(tick)
             tick = min((tick // period + 1) * period for period in periods)
 
@@ -154,8 +192,12 @@ class Machine:
             pool_acquired=_array(pool.acquired for pool in pools),
             pool_released=_array(pool.released.count for pool in pools),
             pool_peak=_array(pool.peak for pool in pools),
-            memory=without_cores(cycles, memory_counters(self.caches, self.dram)),
+            memory=without_cores(cycles, self.drained_cycle, memory_counters(self.caches, self.dram)),
         )
+
+
+def _sender_of(request: Request) -> int:
+    return request.sender
 
 
 def _slots(unit: Stage, cycles: int) -> list[int]:

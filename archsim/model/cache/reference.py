@@ -268,6 +268,12 @@ class Cache:
         elif request.kind is not Kind.READ:
             way.dirty |= self._sectors(request)
 
+    def flush(self, now: int) -> None:
+        """Write all dirty sectors to the next level, set by set, way by way; whether there is room does not matter."""
+        for way in (way for each in self.sets for way in each.ways if way.dirty):
+            self._write_back(now, self._dirty_runs(way))
+            way.dirty = set()
+
     def _write_through(self, now: int, request: Request) -> None:
         self.writethroughs_out += self._send_write(now, request.address, request.num_bytes)
 

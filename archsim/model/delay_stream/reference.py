@@ -36,7 +36,7 @@ class DelayStream:
         self.sent = self.written = self.asked = 0
         self.writes: deque[Transfer] = deque()
         self.reads: deque[Transfer] = deque()
-        self.last_move = 0  # tick of the last request or answer
+        self.last_move = 0  # tick of the last request, answer or early release
 
         self.num_put = self.num_taken = self.peak_bytes = 0
         self.num_writes = self.num_reads = self.marks = self.early = 0
@@ -61,6 +61,7 @@ class DelayStream:
             if end > self.released.count:
                 self.released.add(now, end - self.released.count)
                 self.early += 1
+                self.last_move = now
 
     def mark(self, now: int) -> None:
         """Everything that is here may pass."""
@@ -75,7 +76,7 @@ class DelayStream:
         self.num_taken += 1
 
     def is_stuck(self, now: int) -> bool:
-        """Whether nothing was asked of the memory in this cycle or is under way."""
+        """Whether nothing was asked of the memory or released early in this cycle, and nothing is under way."""
         return self.last_move < now and not self.writes and not self.reads
 
     def run(self) -> Generator[simpy.Event, None, None]:

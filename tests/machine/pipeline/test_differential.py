@@ -2,14 +2,18 @@
 
 import pytest
 from hypothesis import HealthCheck, Phase, find, given, settings
+from hypothesis import strategies as st
 
 from archsim.machine.pipeline import compiled, reference
+from archsim.machine.watch import Watch
 from tests.machine.pipeline.build import chunks, difference
 from tests.machine.pipeline.strategies import cases
 
 thorough = settings(
     max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large]
 )
+
+quick = settings(thorough, max_examples=40)
 
 
 def played(simulate, case):
@@ -26,7 +30,32 @@ def test_both_models_return_equal_counters(case):
     assert not difference(used, believed), difference(used, believed)
 
 
-quick = settings(thorough, max_examples=40)
+def heard(model, case, place, flush):
+    """Counters, requests told at a place, and commands of the DRAM."""
+    told, commands = [], []
+    watch = Watch((min(place, len(case.spec.caches)),), lambda chunk: told.extend(chunk.tolist()))
+
+    def simulate(spec, work):
+        return model.simulate(
+            spec, work, sink=lambda some: commands.extend(some.tolist()), watch=watch, flush=flush
+        )
+
+    return played(simulate, case), sorted(told), sorted(commands)
+
+
+@quick
+@given(cases(), st.integers(0, 3), st.booleans())
+def test_both_models_tell_the_same_requests_and_commands_and_flush_alike(case, place, flush):
+    (believed, wanted, issued), (used, told, recorded) = (
+        heard(model, case, place, flush) for model in (reference, compiled)
+    )
+
+    assert not difference(used, believed), difference(used, believed)
+    assert told == wanted
+    assert recorded == issued
+    if place == 3:
+        memory = used.memory
+        assert len(told) == (memory.dram_reads + memory.dram_writes + memory.dram_forwarded).sum()
 
 
 def joined(case):
