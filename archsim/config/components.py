@@ -9,6 +9,7 @@ from pydantic import Discriminator, Field, Tag, model_validator
 from archsim.config.dram import DramConfig, IdealDramConfig
 from archsim.config.section import Count, Finding, Section, Size, Small, is_power_of_two, key_of, report
 from archsim.config.stages import DelayStreamConfig, PoolConfig, StageConfig
+from archsim.config.tiles import EvaluatorConfig, TileCacheConfig
 from archsim.units import Bytes, Cycles, format_bytes
 
 ACCESS_BYTES = 16  # of one load or store ([Johnson04] sec. 6: 128 bits)
@@ -123,6 +124,8 @@ _KINDS = {
     "locks": "<LocksConfig>",
     "delay_stream": "<DelayStreamConfig>",
     "pool": "<PoolConfig>",
+    "evaluator": "<EvaluatorConfig>",
+    "tile_cache": "<TileCacheConfig>",
     "dram": "<DramConfig>",
     "ideal_dram": "<IdealDramConfig>",
 }
@@ -144,6 +147,8 @@ ComponentConfig = Annotated[
     | Annotated[LocksConfig, Tag("<LocksConfig>")]
     | Annotated[DelayStreamConfig, Tag("<DelayStreamConfig>")]
     | Annotated[PoolConfig, Tag("<PoolConfig>")]
+    | Annotated[EvaluatorConfig, Tag("<EvaluatorConfig>")]
+    | Annotated[TileCacheConfig, Tag("<TileCacheConfig>")]
     | Annotated[DramConfig, Tag("<DramConfig>")]
     | Annotated[IdealDramConfig, Tag("<IdealDramConfig>")],
     Discriminator(_kind_tag),

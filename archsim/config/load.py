@@ -19,7 +19,7 @@ from archsim.config.scene import MESH_SUFFIXES, SceneConfig
 from archsim.config.sweep import SweepConfig
 from archsim.config.validation import in_order, node_at, validate
 from archsim.config.walkthrough import WalkthroughConfig
-from archsim.config.workload import GridConfig, VolumesConfig, WorkloadFile
+from archsim.config.workload import GridConfig, ShadowMapsConfig, VolumesConfig, WorkloadFile
 from archsim.errors import ArchsimError, Location, Problem, did_you_mean
 
 SECTIONS = ("scene", "workload", "machine")  # of a run; a path there is short for `{base: PATH}`
@@ -60,7 +60,9 @@ def load_scene(path: str | Path, overrides: Iterable[str] = ()) -> SceneConfig:
     return _checked(SceneConfig, *_with_mesh(load_tree(path, overrides), ("mesh",)))
 
 
-def load_workload(path: str | Path, overrides: Iterable[str] = ()) -> GridConfig | VolumesConfig:
+def load_workload(
+    path: str | Path, overrides: Iterable[str] = ()
+) -> GridConfig | VolumesConfig | ShadowMapsConfig:
     """The workload that a file describes, of any kind. Raises ArchsimError."""
     return _checked(WorkloadFile, load_tree(path, overrides), []).root
 

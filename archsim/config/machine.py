@@ -20,6 +20,7 @@ from archsim.config.components import (
 )
 from archsim.config.section import ComponentName, Finding, Name, Section, report
 from archsim.config.stages import DelayStreamConfig, PoolConfig, StageConfig
+from archsim.config.tiles import EvaluatorConfig, TileCacheConfig
 from archsim.config.wiring import wiring_findings
 from archsim.errors import did_you_mean
 from archsim.units import Frequency, clock_periods, format_bytes
@@ -35,6 +36,8 @@ Kind = TypeVar(
     FifoConfig,
     DelayStreamConfig,
     PoolConfig,
+    EvaluatorConfig,
+    TileCacheConfig,
     LocksConfig,
     DramConfig,
     IdealDramConfig,
@@ -138,6 +141,7 @@ _REFERENCES: dict[str, dict[str, tuple[str, ...]]] = {
         "inputs": ("fifo", "delay_stream"),
         "outputs": ("fifo", "delay_stream"),
         "pools": ("pool",),
+        "parts": ("evaluator", "tile_cache"),
         "memory": ("cache", "dram", "ideal_dram"),
     },
     "delay_stream": {"memory": ("dram", "ideal_dram")},

@@ -13,6 +13,7 @@ from archsim.config.section import Finding, Name, Section, report
 from archsim.config.workload import (
     GridConfig,
     IzbConfig,
+    ShadowMapsConfig,
     ShadowVolumesConfig,
     VolumeKernelsConfig,
     VolumesConfig,
@@ -38,17 +39,22 @@ class RunConfig(Section):
             report([Finding(("scene",), f"is missing: the workload '{kind}' needs one")])
         if self.scene is not None and not self.workload.needs_scene:
             report([Finding(("scene",), f"must be left out: the workload '{kind}' is not of a scene")])
-        if self.scene is not None and isinstance(self.workload, IzbConfig | VolumesConfig):
+        if self.scene is not None and isinstance(self.workload, IzbConfig | VolumesConfig | ShadowMapsConfig):
             found = self.workload.light_findings(len(self.scene.lights))
             report([each._replace(path=("workload", *each.path)) for each in found])
         if isinstance(self.workload, GridConfig) and self.machine.roles is None:
             what = f"missing key 'roles': the workload '{kind}' runs on cores, and this machine is a pipeline"
             report([Finding(("machine",), what)])
-        if isinstance(self.workload, ShadowVolumesConfig) and self.machine.roles is not None:
+        if (
+            isinstance(self.workload, ShadowVolumesConfig | ShadowMapsConfig)
+            and self.machine.roles is not None
+        ):
             what = f"the workload '{kind}' runs on a pipeline, and this machine has cores"
             report([Finding(("machine",), what)])
         if isinstance(self.workload, VolumeKernelsConfig):
             report(list(self._check_stages(self.workload.fixed_function)))
+        if isinstance(self.workload, ShadowMapsConfig) and self.scene is not None:
+            report(list(self.workload.far_findings(self.scene.camera.near)))
         return self
 
     def _check_stages(self, fixed_function: MachineConfig) -> Iterator[Finding]:

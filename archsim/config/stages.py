@@ -31,6 +31,7 @@ class StageConfig(Section):
     line: Size | None = None  # longest request to the DRAM; given if and only if that is its memory
     outstanding: Small = 1  # accesses under way
     in_flight: Small  # operations between its front and its back
+    parts: Names = ()  # evaluators and tile caches that it is made with; it is no faster than its evaluators
 
     @model_validator(mode="after")
     def _check(self) -> StageConfig:

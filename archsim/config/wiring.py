@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from archsim.config.dram import DramConfig, IdealDramConfig
 from archsim.config.section import Finding
 from archsim.config.stages import DelayStreamConfig, StageConfig
+from archsim.config.tiles import EvaluatorConfig
 from archsim.units import format_bytes
 
 if TYPE_CHECKING:
@@ -24,6 +25,7 @@ def wiring_findings(machine: MachineConfig) -> Iterator[Finding]:
     yield from _channel_findings(machine, stages)
     yield from _clock_findings(machine, stages)
     yield from _memory_findings(machine, stages)
+    yield from _part_findings(machine, stages)
     if all(stage.inputs for stage in stages.values()):
         yield Finding(("components",), "a pipeline needs a source: a unit without inputs")
 
@@ -69,6 +71,15 @@ def _memory_findings(machine: MachineConfig, stages: dict[str, StageConfig]) -> 
             yield from _line_findings(path, stage.line, dram)
     for name, stream in machine.all_of(DelayStreamConfig).items():
         yield from _line_findings(("components", name, "line"), stream.line, dram)
+
+
+def _part_findings(machine: MachineConfig, stages: dict[str, StageConfig]) -> Iterator[Finding]:
+    """Evaluators with a table that no unit could read."""
+    for name, evaluator in machine.all_of(EvaluatorConfig).items():
+        users = [stage for stage in stages.values() if name in stage.parts]
+        if evaluator.has_table and users and all(stage.memory is None for stage in users):
+            what = f"'{evaluator.design}' is in memory, and no unit with this part has a memory"
+            yield Finding(("components", name, "design"), what)
 
 
 def _line_findings(path: Path, line: int, dram: object) -> Iterator[Finding]:

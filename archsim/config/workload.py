@@ -9,13 +9,14 @@ from pydantic import Discriminator, Field, RootModel, Tag, model_validator
 
 from archsim.config.machine import MachineConfig
 from archsim.config.scene import Extent
-from archsim.config.section import Finding, Section, is_power_of_two, key_of, report
+from archsim.config.section import Finding, Section, Vector, is_power_of_two, key_of, report
 
 MAX_PAIRS = 240  # of pixels in a tile: the build kernel holds their positions in c[15] to c[254]
 MAX_CELLS = 2**24  # integers that a float32 register holds exactly
 
 Cells = Annotated[int, Field(ge=1, le=4096, json_schema_extra={"unit": "cells"})]
 Size = Annotated[tuple[Cells, Cells], Field(strict=False)]
+Texels = Annotated[int, Field(ge=4, le=16384, json_schema_extra={"unit": "texels"})]
 Fragments = Annotated[int, Field(ge=1, le=10**10)]
 _SIDES = ("width", "height")
 
@@ -122,6 +123,50 @@ class VolumeKernelsConfig(VolumesConfig):
     fixed_function: MachineConfig  # the pipeline; volumes are submitted to it twice, as to the cores
 
 
+class ShadowMapsConfig(Section):
+    """Shadow maps of one light, drawn in 4 x 4 tiles on a pipeline ([Lloyd07])."""
+
+    needs_scene: ClassVar[bool] = True
+
+    kind: Literal["shadow_maps"]
+    light: Annotated[int, Field(ge=0)] = 0  # index into the scene's lights
+    sun: Vector | None = None  # in place of a light: the direction towards one infinitely far away
+    # how many maps there are, and how each is warped: archsim/shadowmap/README.md
+    maps: Literal["standard", "lispsm", "fp_lispsm", "csm_lispsm", "logpsm"] = "logpsm"
+    # logarithmic: rows spaced as `logpsm` says; linear: evenly
+    rasterization: Literal["linear", "logarithmic"] = "logarithmic"
+    texels: Annotated[tuple[Texels, Texels], Field(strict=False)] = (
+        512,
+        512,
+    )  # product: of all maps together
+    far: Annotated[float, Field(gt=0, le=1e9)]  # depth at which the view ends that the maps are made for
+    offset_scale: Annotated[float, Field(ge=0, le=1000)] = 1.0  # of the slope of depth (polygon offset)
+    offset_units: Annotated[float, Field(ge=0, le=1)] = 1e-6  # of the whole depth range
+    # what the picture is compared with: shadows traced ray by ray, which takes long with millions of triangles
+    compare: Literal["ray_traced", "none"] = "ray_traced"
+
+    @model_validator(mode="after")
+    def _check(self) -> ShadowMapsConfig:
+        if self.rasterization == "logarithmic" and self.maps != "logpsm":
+            what = (
+                f"must be linear: only the maps of 'logpsm' have logarithmic rows, not those of '{self.maps}'"
+            )
+            report([Finding(("rasterization",), what)])
+        if self.sun is not None and not any(self.sun):
+            report([Finding(("sun",), "must not be zero: it is a direction")])
+        return self
+
+    def light_findings(self, num_lights: int) -> list[Finding]:
+        """What is wrong with the light that is asked for."""
+        return [] if self.sun is not None else light_findings(self.light, num_lights)
+
+    def far_findings(self, near: float) -> Iterator[Finding]:
+        """What is wrong with the depths of a view that begins at `near`."""
+        if self.far <= near:
+            what = f"must be above the camera's near, {near:g}, not {self.far:g}"
+            yield Finding(("workload", "far"), what)
+
+
 def light_findings(light: int, num_lights: int) -> list[Finding]:
     """What is wrong with a light that is asked for."""
     if light < num_lights:
@@ -178,6 +223,7 @@ KINDS: dict[str, type[Section]] = {
     "izb_drawn": DrawnIzbConfig,
     "shadow_volumes": ShadowVolumesConfig,
     "shadow_volume_kernels": VolumeKernelsConfig,
+    "shadow_maps": ShadowMapsConfig,
 }
 
 
@@ -190,7 +236,8 @@ WorkloadConfig = Annotated[
     Annotated[IzbConfig, Tag("<IzbConfig>")]
     | Annotated[DrawnIzbConfig, Tag("<DrawnIzbConfig>")]
     | Annotated[ShadowVolumesConfig, Tag("<ShadowVolumesConfig>")]
-    | Annotated[VolumeKernelsConfig, Tag("<VolumeKernelsConfig>")],
+    | Annotated[VolumeKernelsConfig, Tag("<VolumeKernelsConfig>")]
+    | Annotated[ShadowMapsConfig, Tag("<ShadowMapsConfig>")],
     Discriminator(_kind_tag),
 ]
 

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from archsim.config.tiles import EvaluatorConfig
 from archsim.errors import fail
 from archsim.lograster.grid import TILE, Grid
 from archsim.lograster.parameterization import log_unwarp
@@ -70,6 +71,18 @@ def evaluator_cost(spec: EvaluatorSpec, rows: int, bits: int) -> EvaluatorCost:
         table_reads=wanted if from_table else 0,
         latency_cycles=source_cycles + (1 + one_row) * spec.multiply_cycles + 1,
         interval_cycles=-(-wanted // units),
+    )
+
+
+def evaluator_spec(config: EvaluatorConfig) -> EvaluatorSpec:
+    """What a checked section describes."""
+    return EvaluatorSpec(
+        design=int(Design[config.design.upper()]),
+        exponentials=config.exponentials,
+        exponential_cycles=config.exponential_cycles,
+        multiply_cycles=config.multiply_cycles,
+        table_ports=config.table_ports,
+        table_cycles=config.table_cycles,
     )
 
 

@@ -2,11 +2,11 @@
 stages.
 
     setup ──> coarse ──> fine ──> z_cull ──> decompress ──> depth_test ──> compress
-    triangle  tiles      coverage  tile       reads a tile   16 samples     writes a tile
+    triangle  tiles      coverage  tile       reads a block  16 samples     writes a block
                                    table      that is not                   that leaves
                                               in the z cache                the z cache
 
-An item is a triangle up to `coarse`, then a tile of a triangle, then a tile that leaves the cache. At the end
+An item is a triangle up to `coarse`, then a tile of a triangle, then a block that leaves the cache. At the end
 a flush command follows the last triangle through all stages, and what is dirty is written.
 """
 
@@ -42,13 +42,13 @@ from archsim.lograster.row_table import (
 )
 from archsim.lograster.setup import edge_functions
 from archsim.lograster.traversal import coarse, coverage
-from archsim.lograster.z_cache import NOWHERE, ZCacheSpec, ZState, cleared, look_up, write_back
+from archsim.lograster.z_cache import NOWHERE, ZCacheSpec, ZState, block_of, cleared, look_up, write_back
 from archsim.trace.records import RECORD, Op, Tasks
 from archsim.trace.stream import PipelineWork
 
 UNITS = ("setup", "coarse", "fine", "z_cull", "decompress", "depth_test", "compress")
 SETUP, COARSE, FINE, Z_CULL, DECOMPRESS, DEPTH_TEST, COMPRESS = range(len(UNITS))
-PITCH = 64  # bytes from tile to tile in memory; a plain tile has 48
+PITCH = 4  # bytes from block to block in memory for each sample; a plain one has 3
 CHUNK_TILES = 1 << 16
 _MOST_RECORDS = 4  # of one tile in one unit: TAKE, LOAD, EMIT, END
 
@@ -59,7 +59,7 @@ class Target(NamedTuple):
     grid: Grid
     codec: CodecSpec
     z_cache: ZCacheSpec
-    base: int = 0  # address of its first tile
+    base: int = 0  # address of its first block
     offset: OffsetSpec = NO_OFFSET
     table: TableSpec = NO_TABLE  # of G, where the evaluators of the machine want one
 
@@ -88,6 +88,12 @@ class Making(NamedTuple):
     tapes: tuple[Tape, ...]  # of the units
 
 
+def map_bytes(target: Target) -> int:
+    """Memory from `base` on that the blocks of a map take."""
+    side = target.codec.side
+    return -(-len(target.grid.y) // side) * -(-len(target.grid.x) // side) * side * side * PITCH
+
+
 def tile_work(
     vertices: np.ndarray, triangles: np.ndarray, target: Target, chunk_tiles: int = CHUNK_TILES
 ) -> tuple[PipelineWork, ZState]:
@@ -98,7 +104,7 @@ def tile_work(
     grid = target.grid
     if target.offset.switch != Switch.INTERPOLATED:
         raise fail("the tile pipeline has one depth plane a triangle: the switch has to be interpolated")
-    state = cleared(len(grid.y), len(grid.x), target.z_cache)
+    state = cleared(len(grid.y), len(grid.x), target.z_cache, target.codec.side)
     chunks = _chunks(np.ascontiguousarray(vertices), triangles, target, chunk_tiles, state)
     return PipelineWork(UNITS, chunks), state
 
@@ -241,10 +247,12 @@ def nearest_depth(plane, grid, tile):
 def _test_tile(making, mask, plane, tile, number):
     """Cache look-up, reading, depth test, and what leaves."""
     state, tapes = making.state, making.tapes
-    here, way, was_there, leaving = look_up(state, number)
+    block = block_of(state, making.codec.side, tile)
+    here, way, was_there, leaving = look_up(state, block)
     _put(tapes[DECOMPRESS], Op.TAKE, 0, 0, 0)
-    if not was_there and state.held_bytes[number] > 0:
-        _put(tapes[DECOMPRESS], Op.LOAD, making.base + number * PITCH, 0, state.held_bytes[number])
+    if not was_there and state.held_bytes[block] > 0:
+        state.moved[0] += 1
+        _put(tapes[DECOMPRESS], Op.LOAD, _address(making, block), 0, state.held_bytes[block])
     _put(tapes[DECOMPRESS], Op.EMIT, 0, 0, 0)
     _put(tapes[DECOMPRESS], Op.END, 0, 0, 0)
 
@@ -266,14 +274,19 @@ def _test_tile(making, mask, plane, tile, number):
 
 
 @njit
-def _evict(making, tile):
-    """A dirty tile goes from the cache through the compressor to memory."""
+def _address(making, block):
+    """Where memory holds a block."""
+    return making.base + block * making.codec.side * making.codec.side * PITCH
+
+
+@njit
+def _evict(making, block):
+    """A dirty block goes from the cache through the compressor to memory."""
     tapes = making.tapes
     _put(tapes[DEPTH_TEST], Op.EMIT, 0, 0, 0)
     _put(tapes[COMPRESS], Op.TAKE, 0, 0, 0)
-    _put(
-        tapes[COMPRESS], Op.STORE, making.base + tile * PITCH, 0, write_back(making.state, making.codec, tile)
-    )
+    num_bytes = write_back(making.state, making.codec, block)
+    _put(tapes[COMPRESS], Op.STORE, _address(making, block), 0, num_bytes)
     _put(tapes[COMPRESS], Op.END, 0, 0, 0)
 
 

@@ -10,6 +10,7 @@ from archsim.run import (
     metrics,
     pipeline_metrics,
     replay_statistics,
+    shadow_map_statistics,
     shadow_volume_kernels,
     shadow_volume_statistics,
     stall_metrics,
@@ -46,6 +47,10 @@ SECTIONS = [
     Section("Shadow volumes: the workload", "workload", shadow_volume_statistics.WORKLOAD),
     Section("Shadow volumes: what the algorithm moves", "traffic", shadow_volume_statistics.TRAFFIC),
     Section("Shadow volumes on cores", "programmable", shadow_volume_kernels.PROGRAMMABLE),
+    Section("Shadow maps: all together", "maps", shadow_map_statistics.TOGETHER),
+    Section("Shadow maps: each, besides what is said of pipelines", "{map}", shadow_map_statistics.EACH),
+    Section("Shadow maps: the evaluator of G(y')", "evaluator", shadow_map_statistics.EVALUATOR),
+    Section("Shadow maps: the picture", "image", shadow_map_statistics.IMAGE),
     Section("Walkthroughs with shadow volumes", "walkthrough", walkthrough.COUNTS),
     Section("Walkthroughs: each variant, averaged", "{variant}", shadow_volume_statistics.TRAFFIC),
     Section("Replayed address traces: the trace", "trace", replay_statistics.TRACE),
@@ -66,7 +71,8 @@ _HEAD = """\
 Every number in `result.json`, with its unit and the one sentence that defines it. `{phase}` is a phase of the
 workload, such as `izb_build`, and `{pipeline}` one that a pipeline plays; `{cache}` is a cache of the machine by name,
 such as `l2`; `{level}` is a cache, or `dram`; `{variant}`
-is `brute_force`, `depth_bounds` or `hierarchical`. This page is printed by `archsim statistics`.
+is `brute_force`, `depth_bounds` or `hierarchical`; `{map}` is a shadow map by name, such as `map_left`. This page is
+printed by `archsim statistics`.
 """
 
 

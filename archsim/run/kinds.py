@@ -36,6 +36,7 @@ def kind_of(config: RunConfig) -> Kind:
         "izb_drawn": _izb,
         "shadow_volumes": _shadow_volumes,
         "shadow_volume_kernels": _shadow_volume_kernels,
+        "shadow_maps": _shadow_maps,
     }
     return kinds[config.workload.kind]()
 
@@ -54,3 +55,7 @@ def _shadow_volumes() -> Kind:
 
 def _shadow_volume_kernels() -> Kind:
     return Kind(import_module("archsim.run.shadow_volume_kernels").simulate_shadow_volume_kernels, None)
+
+
+def _shadow_maps() -> Kind:
+    return Kind(import_module("archsim.run.shadow_maps").simulate_shadow_maps, None)

@@ -8,6 +8,7 @@ import numpy as np
 
 from archsim.lograster.grid import MOST_SAMPLES, TILE
 from archsim.shadowmap.error import owner, space_error
+from archsim.shadowmap.families import BALANCED
 from archsim.shadowmap.fit import ShadowMap
 from archsim.shadowmap.view import View, volume_samples
 
@@ -38,6 +39,15 @@ def equal(num_maps: int, texels: int) -> list[tuple[int, int]]:
     """The same square for every map."""
     side = _whole(math.sqrt(texels / num_maps))
     return [(side, side)] * num_maps
+
+
+def sizes_of(
+    family: str, maps: list[ShadowMap], view: View, image_rows: int, texels: int
+) -> list[tuple[int, int]]:
+    """(columns, rows) of each map of a family that share so many texels."""
+    if family in BALANCED:
+        return balanced(needed(maps, view, image_rows), texels)
+    return equal(len(maps), texels)
 
 
 def _whole(size: float) -> int:

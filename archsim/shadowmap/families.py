@@ -16,32 +16,33 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from archsim.errors import did_you_mean, fail
+from archsim.shadowmap.cone import pieces
 from archsim.shadowmap.faces import face_maps
-from archsim.shadowmap.fit import NO_REGION, ShadowMap, Warp, facing_plane, fit, on_plane
-from archsim.shadowmap.view import View, corners
+from archsim.shadowmap.fit import NO_REGION, Plane, ShadowMap, Warp, fit, on_plane, plane_across
+from archsim.shadowmap.view import View, depth_of
 
 CASCADES = 5  # of the paper's figure 7
 
 
 def standard(view: View, light: np.ndarray) -> list[ShadowMap]:
     """One map over the whole view."""
-    return [_over_range("standard", view, light, (view.near, view.far), False, NO_REGION)]
+    return _over_range("standard", view, light, (view.near, view.far), False, NO_REGION)
 
 
 def lispsm(view: View, light: np.ndarray) -> list[ShadowMap]:
     """One map over the whole view, with the light-space perspective warp."""
-    return [_over_range("lispsm", view, light, (view.near, view.far), True, NO_REGION)]
+    return _over_range("lispsm", view, light, (view.near, view.far), True, NO_REGION)
 
 
 def csm_lispsm(view: View, light: np.ndarray) -> list[ShadowMap]:
-    """CASCADES maps, of equal depth ratios."""
+    """CASCADES maps, of equal depth ratios; more if the light is among what it shines on."""
     depths = np.geomspace(view.near, view.far, CASCADES + 1)
     depths[-1] = view.far
     maps = []
     for index, (near, far) in enumerate(itertools.pairwise(depths.tolist())):
         along = np.array([*view.axes[2], -view.axes[2] @ view.eye])
         region = np.stack([along - [0, 0, 0, near], [0, 0, 0, far] - along])
-        maps.append(_over_range(f"cascade {index}", view, light, (near, far), True, region))
+        maps += _over_range(f"cascade {index}", view, light, (near, far), True, region)
     return maps
 
 
@@ -74,14 +75,22 @@ def make_maps(family: str, view: View, light: np.ndarray) -> list[ShadowMap]:
 
 def _over_range(
     name: str, view: View, light: np.ndarray, depths: tuple[float, float], warped: bool, region: np.ndarray
-) -> ShadowMap:
-    """A map over the part of the view between two depths, its axis along the line of sight."""
-    part = corners(view, *depths)
-    plane = facing_plane(part, view.axes[2], light)
-    centre = None
-    if warped:
-        first = on_plane(plane, light, part)[:, 1].min()
-        towards = plane.equation[:3]
-        sine = float(np.linalg.norm(np.cross(towards, view.axes[2])))
-        centre = first - (depths[0] + math.sqrt(depths[0] * depths[1])) / max(sine, 1e-6)
-    return fit(name, plane, light, part, part, Warp(centre, False), region)
+) -> list[ShadowMap]:
+    """A map over the part of the view between two depths, its axis along the line of sight; several if need be."""
+    maps = []
+    for piece in pieces(view, light, *depths):
+        plane = plane_across(piece.axis, piece.points, view.axes[2], light)
+        whole = f"{name} {piece.name}".strip()
+        centre = _lispsm_centre(plane, piece.points, view, light) if warped else None
+        regions = np.concatenate([region, piece.region])
+        maps.append(fit(whole, plane, light, piece.points, piece.points, Warp(centre, False), regions))
+    return maps
+
+
+def _lispsm_centre(plane: Plane, points: np.ndarray, view: View, light: np.ndarray) -> float:
+    """Where the perspective of [Wimmer04] has its centre: n + sqrt(n f) over the sine of light and line of sight."""
+    depths = depth_of(view, points)
+    near, far = max(float(depths.min()), view.near), float(depths.max())
+    sine = float(np.linalg.norm(np.cross(plane.equation[:3], view.axes[2])))
+    first = float(on_plane(plane, light, points)[:, 1].min())
+    return first - (near + math.sqrt(near * far)) / max(sine, 1e-6)

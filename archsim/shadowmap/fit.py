@@ -12,8 +12,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from archsim.errors import fail
-
 
 class ShadowMap(NamedTuple):
     """One map and the part of space it serves."""
@@ -56,20 +54,12 @@ def make_plane(origin: np.ndarray, normal: np.ndarray, along: np.ndarray, light:
     return Plane(equation, origin, np.cross(flat, equation[:3]), flat)
 
 
-def facing_plane(points: np.ndarray, along: np.ndarray, light: np.ndarray) -> Plane:
-    """The plane across the light's ray to the middle of some points, all of which have to lie before the
-    light.
-    """
-    middle = points.mean(axis=0)
-    towards = light[:3] - light[3] * middle
-    if np.linalg.norm(np.cross(towards, along)) < 1e-9 * np.linalg.norm(towards) * np.linalg.norm(along):
-        along = np.eye(3)[
-            np.argmin(np.abs(towards))
-        ]  # the light shines along the axis: any direction will do
-    plane = make_plane(middle, towards, along, light)
+def plane_across(axis: np.ndarray, points: np.ndarray, along: np.ndarray, light: np.ndarray) -> Plane:
+    """The plane across an axis from the light, through the middle of points that all lie before the light."""
+    if np.linalg.norm(np.cross(axis, along)) < 1e-9 * np.linalg.norm(axis) * np.linalg.norm(along):
+        along = np.eye(3)[np.argmin(np.abs(axis))]  # the light shines along it: any direction will do
+    plane = make_plane(points.mean(axis=0), axis, along, light)
     assert plane is not None
-    if light[3] and (with_one(points) @ plane.equation >= (1 - 1e-6) * (light @ plane.equation)).any():
-        raise fail("a map for all of the view needs a light that all of the view lies in front of")
     return plane
 
 

@@ -7,6 +7,7 @@ import pytest
 
 from archsim import resources
 from archsim.codec.codec import Codec, make_codec
+from archsim.codec.lloyd import FirstRow
 from archsim.config import load_machine
 from archsim.errors import ArchsimError
 from archsim.lograster.depth_buffer import draw
@@ -14,8 +15,8 @@ from archsim.lograster.evaluators import Design
 from archsim.lograster.grid import make_grid
 from archsim.lograster.offset import OffsetSpec, Switch
 from archsim.lograster.row_table import make_table
-from archsim.lograster.work import COMPRESS, DECOMPRESS, FINE, UNITS, Z_CULL, Target, tile_work
-from archsim.lograster.z_cache import ZCacheSpec, make_z_cache
+from archsim.lograster.work import COMPRESS, DECOMPRESS, FINE, UNITS, Z_CULL, Target, map_bytes, tile_work
+from archsim.lograster.z_cache import ZCacheSpec, cache_and_codec, make_z_cache
 from archsim.machine.pipeline.build import pipeline_machine
 from archsim.machine.pipeline.play import play
 from archsim.machine.play import MODELS
@@ -190,6 +191,43 @@ def test_two_planes_are_refused():
     split = OffsetSpec(1.0, 0.0, int(Switch.SPLIT))
     with pytest.raises(ArchsimError, match="has to be interpolated"):
         tile_work(square(0.5), SQUARE, Target(make_grid(8, 8), LLOYD, SMALL, offset=split))
+
+
+@pytest.mark.parametrize(("rows", "columns"), [(32, 32), (20, 36)])
+def test_blocks_of_four_tiles_draw_the_same_picture(rows, columns):
+    """8 x 8 samples as one: fewer things in the cache, other bytes, the same depths; whole blocks at the edges."""
+    vertices, triangles = soup(8)
+    grid, codec = make_grid(columns, rows, 50.0), make_codec(Codec.HASSELGREN_TWO_PLANES, side=8)
+    records, state = played(vertices, triangles, Target(grid, codec, SMALL))
+    drawn = draw(vertices, triangles, grid).depth
+
+    assert state.depth.shape == (-(-rows // 8) * 8, -(-columns // 8) * 8)
+    assert np.array_equal(state.depth[:rows, :columns], drawn)
+    assert len(state.held_bytes) == (state.depth.size // 64)
+    assert state.moved.tolist() == [
+        count(records[unit], op) for unit, op in ((DECOMPRESS, Op.LOAD), (COMPRESS, Op.STORE))
+    ]
+    stores = records[COMPRESS][records[COMPRESS]["op"] == Op.STORE]
+    assert (stores["address"] % 256 == 0).all()
+    assert stores["address"].max() + 256 <= map_bytes(Target(grid, codec, SMALL))
+
+
+def test_bytes_of_a_square_in_blocks_by_hand():
+    """16 blocks of 8 x 8, plain 192 bytes each, all in the cache until the flush."""
+    target = Target(make_grid(32, 32), make_codec(Codec.NONE, side=8), ZCacheSpec(16, 1))
+    records, _ = played(square(0.5), SQUARE, target)
+
+    assert records[COMPRESS]["bytes"].sum() == 16 * 192
+    assert count(records[DECOMPRESS], Op.LOAD) == 0
+    assert map_bytes(target) == 16 * 256
+
+
+def test_a_section_of_a_machine_is_a_cache_and_a_codec():
+    config = load_machine("machines/lloyd2007.yaml", ["components.z_cache.first_row=far"])
+    cache, codec = cache_and_codec(config.components["z_cache"])
+
+    assert cache == ZCacheSpec(128, 4)
+    assert codec == make_codec(Codec.LLOYD, 4, 128, first_row=FirstRow.FAR)
 
 
 def test_a_cache_by_its_size():

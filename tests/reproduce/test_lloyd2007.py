@@ -7,12 +7,11 @@ import yaml
 from archsim import resources
 from archsim.codec.codec import Codec, make_codec, tile_bits
 from archsim.lograster.depth_buffer import DrawCounts
-from archsim.lograster.work import FINE
-from archsim.model.unit.spec import NO_MEMORY
+from archsim.lograster.work import COARSE, FINE
 from archsim.reproduce.cells import EXACT, NOT_PRINTED
 from archsim.reproduce.lloyd2007 import aliasing, tables
 from archsim.reproduce.lloyd2007.compression import CODECS, MAPS, READINGS, RESOLUTIONS, Buffers
-from archsim.reproduce.lloyd2007.designs import DESIGNS, machine_with
+from archsim.reproduce.lloyd2007.designs import hardware_with
 from archsim.reproduce.lloyd2007.pictures import compression_figure, error_figure
 from archsim.reproduce.lloyd2007.pipeline import Played
 from archsim.reproduce.lloyd2007.views import SCENES, load_walk
@@ -127,10 +126,12 @@ def test_the_papers_statements_hold_on_the_robots():
     [("full", 1, 15, False), ("full, one exponential", 4, 15, False), ("table of first rows", 1, 9, True)],
 )
 def test_an_evaluator_s_time_reaches_the_machine(design, interval, latency, reads):
-    fine = machine_with(DESIGNS[design]).spec.units[FINE]
+    hardware = hardware_with(design)
+    units = hardware.machine.spec.units
 
-    assert (fine.interval_cycles, fine.latency_cycles) == (interval, latency)
-    assert (fine.memory != NO_MEMORY) == reads
+    assert (units[FINE].interval_cycles, units[FINE].latency_cycles) == (interval, latency)
+    assert units[COARSE].latency_cycles == latency
+    assert hardware.evaluator.has_table == reads
 
 
 def test_tables_that_were_never_printed_say_so():

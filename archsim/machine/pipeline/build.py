@@ -7,7 +7,10 @@ from typing import NamedTuple
 from archsim.config.components import FifoConfig
 from archsim.config.machine import MachineConfig
 from archsim.config.stages import DelayStreamConfig, PoolConfig, StageConfig
+from archsim.config.tiles import EvaluatorConfig
 from archsim.errors import fail
+from archsim.lograster.evaluators import EvaluatorCost, evaluator_cost, evaluator_spec
+from archsim.lograster.grid import BITS, TILE
 from archsim.machine.build import cache_spec, dram_component, dram_spec
 from archsim.machine.pipeline.spec import PipelineSpec
 from archsim.model.cache.spec import DRAM_PARENT
@@ -99,9 +102,10 @@ def _stage(
         memory = _number(stage.memory, caches)
     if memory >= 0:
         line_bytes = machine.caches[caches[memory]].line
+    evaluators = _evaluators(machine, stage)
     return StageSpec(
-        interval_cycles=stage.interval_cycles,
-        latency_cycles=stage.latency_cycles,
+        interval_cycles=max([stage.interval_cycles, *(each.interval_cycles for each in evaluators)]),
+        latency_cycles=max([stage.latency_cycles, *(each.latency_cycles for each in evaluators)]),
         lanes=stage.lanes,
         inputs=tuple(channels.index(name) for name in stage.inputs),
         outputs=tuple(channels.index(name) for name in stage.outputs),
@@ -111,6 +115,12 @@ def _stage(
         outstanding=stage.outstanding,
         in_flight=stage.in_flight,
     )
+
+
+def _evaluators(machine: MachineConfig, stage: StageConfig) -> list[EvaluatorCost]:
+    """What the unit's evaluators take; their time does not depend on the number of rows."""
+    evaluators = [machine.find(name, EvaluatorConfig) for name in stage.parts]
+    return [evaluator_cost(evaluator_spec(each), TILE, BITS) for each in evaluators if each is not None]
 
 
 def _delay_stream(config: DelayStreamConfig) -> DelayStreamSpec:

@@ -10,8 +10,8 @@ import numpy as np
 
 from archsim.reproduce.lloyd2007.views import load_walk
 from archsim.scene.camera import Camera
-from archsim.shadowmap.allocation import balanced, equal, needed
-from archsim.shadowmap.families import BALANCED, FAMILIES, make_maps
+from archsim.shadowmap.allocation import needed, sizes_of
+from archsim.shadowmap.families import FAMILIES, make_maps
 from archsim.shadowmap.fit import ShadowMap
 from archsim.shadowmap.picture import Aliasing, Picture, aliasing, take_picture
 from archsim.shadowmap.view import View, directional_light, make_view, point_light
@@ -35,10 +35,7 @@ class Fitted(NamedTuple):
 def fit_family(family: str, view: View, light: np.ndarray, picture: Picture, texels: int) -> Fitted:
     """A family's maps of so many texels together, and their error in a picture."""
     maps = make_maps(family, view, light)
-    if family in BALANCED:
-        sizes = balanced(needed(maps, view, picture.seen.shape[0]), texels)
-    else:
-        sizes = equal(len(maps), texels)
+    sizes = sizes_of(family, maps, view, picture.seen.shape[0], texels)
     return Fitted(maps, sizes, aliasing(maps, sizes, view, picture))
 
 

@@ -7,30 +7,26 @@ from typing import NamedTuple
 import numpy as np
 
 from archsim import resources
-from archsim.codec.codec import Codec, make_codec
 from archsim.config import load_machine
-from archsim.lograster.evaluators import Design, EvaluatorSpec, evaluator_cost
-from archsim.lograster.grid import BITS, make_grid
-from archsim.lograster.row_table import make_table
-from archsim.lograster.work import COARSE, FINE, Target, tile_work
-from archsim.lograster.z_cache import make_z_cache
-from archsim.machine.pipeline.build import PipelineMachine, pipeline_machine
-from archsim.machine.pipeline.play import play
+from archsim.lograster.offset import OffsetSpec, Switch
+from archsim.run.tile_pipeline import Hardware, hardware_of, play_maps, targets_of
+from archsim.scene.mesh import Mesh
+from archsim.shadowmap.fit import NO_REGION, ShadowMap
 
 MAP_ROWS = 4096
-EVALUATOR = EvaluatorSpec(Design.FULL, 4, 11, 3, 4, 2)
-DESIGNS = {
-    "full": EVALUATOR,
-    "full, one exponential": EVALUATOR._replace(exponentials=1),
-    "incremental": EVALUATOR._replace(design=Design.INCREMENTAL, exponentials=1),
-    "table of rows": EVALUATOR._replace(design=Design.TABLE),
-    "table of first rows": EVALUATOR._replace(design=Design.TABLE_FIRST_ROW, table_ports=1),
+DESIGNS: dict[str, dict[str, str | int]] = {  # keys of the machine's evaluator
+    "full": {"design": "full", "exponentials": 4},
+    "full, one exponential": {"design": "full", "exponentials": 1},
+    "incremental": {"design": "incremental", "exponentials": 1},
+    "table of rows": {"design": "table", "table_ports": 4},
+    "table of first rows": {"design": "table_first_row", "table_ports": 1},
 }
-SQUARE = np.array([(0, 0, 0.5, 1), (1, 0, 0.5, 1), (1, 1, 0.5, 1), (0, 1, 0.5, 1)], dtype=np.float64)
-SQUARE_TRIANGLES = np.array([(0, 1, 2), (0, 2, 3)], dtype=np.int32)
 SIDE, RATIO = 1024, 1000.0
-KEPT_LINES = 16
-TABLE_BASE = 1 << 24
+SQUARE = Mesh(
+    np.array([(0, 0, 0.5), (1, 0, 0.5), (1, 1, 0.5), (0, 1, 0.5)], dtype=np.float32),
+    np.array([(0, 1, 2), (0, 2, 3)], dtype=np.int32),
+)
+WHOLE_MAP = ShadowMap("square", np.eye(4), RATIO, NO_REGION, np.array([0.0, 0, 1, 0]))
 
 
 class Sustained(NamedTuple):
@@ -41,32 +37,19 @@ class Sustained(NamedTuple):
     table_bytes: int  # read from memory
 
 
+def hardware_with(name: str) -> Hardware:
+    """The paper's machine with one of DESIGNS."""
+    overrides = [f"components.evaluator.{key}={value}" for key, value in DESIGNS[name].items()]
+    return hardware_of(load_machine(resources.config("machines", "lloyd2007"), overrides))
+
+
 def play_designs() -> dict[str, Sustained]:
     """Each design on a map of SIDE x SIDE samples."""
-    return {name: _play(spec) for name, spec in DESIGNS.items()}
+    return {name: _play(hardware_with(name)) for name in DESIGNS}
 
 
-def _play(evaluator: EvaluatorSpec) -> Sustained:
-    target = Target(
-        make_grid(SIDE, SIDE, RATIO),
-        make_codec(Codec.LLOYD, granularity_bits=128),
-        make_z_cache(48 * 512, 4),
-        table=make_table(evaluator.design, KEPT_LINES, TABLE_BASE),
-    )
-    work, _ = tile_work(SQUARE, SQUARE_TRIANGLES, target)
-    counters = play("compiled", machine_with(evaluator), work)
-    return Sustained(counters.cycles, int(counters.unit_tasks[FINE]), int(counters.unit_load_bytes[FINE]))
-
-
-def machine_with(evaluator: EvaluatorSpec) -> PipelineMachine:
-    """The paper's machine with an evaluator's latency, and its interval from tile to tile."""
-    has_table = evaluator.design in (Design.TABLE, Design.TABLE_FIRST_ROW)
-    name = "lloyd2007_table" if has_table else "lloyd2007"
-    machine = pipeline_machine(load_machine(resources.config("machines", name)))
-    cost = evaluator_cost(evaluator, SIDE, BITS)
-    units = list(machine.spec.units)
-    units[COARSE] = units[COARSE]._replace(latency_cycles=cost.latency_cycles)
-    units[FINE] = units[FINE]._replace(
-        latency_cycles=cost.latency_cycles, interval_cycles=cost.interval_cycles
-    )
-    return machine._replace(spec=machine.spec._replace(units=tuple(units)))
+def _play(hardware: Hardware) -> Sustained:
+    offset = OffsetSpec(0.0, 0.0, int(Switch.INTERPOLATED))
+    targets = targets_of(hardware, [WHOLE_MAP], [(SIDE, SIDE)], offset)
+    (played,) = play_maps("compiled", hardware, SQUARE, [WHOLE_MAP], targets)
+    return Sustained(played.counters.cycles, played.tasks("fine"), played.table_read)

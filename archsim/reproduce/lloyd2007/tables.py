@@ -15,19 +15,19 @@ import yaml
 from archsim import resources
 from archsim.codec import lloyd
 from archsim.codec.codec import DEPTH_BITS, Codec, make_codec, stored_bits
-from archsim.lograster.evaluators import evaluator_cost
 from archsim.lograster.grid import BITS, TILE
 from archsim.lograster.offset import Slopes, excess
 from archsim.lograster.parameterization import bits_bound, bits_needed, largest_ratio
 from archsim.reproduce.cells import EXACT, PREDICTED, Cell, Paper, Place, make_cell, new_cell
 from archsim.reproduce.lloyd2007 import aliasing, pictures
 from archsim.reproduce.lloyd2007.compression import CODECS, MAPS, READINGS, RESOLUTIONS, Buffers, measure
-from archsim.reproduce.lloyd2007.designs import DESIGNS, MAP_ROWS, play_designs
+from archsim.reproduce.lloyd2007.designs import DESIGNS, MAP_ROWS, hardware_with, play_designs
 from archsim.reproduce.lloyd2007.pipeline import Played, play_families, storage_bytes
 from archsim.reproduce.lloyd2007.views import ID, SCENES
 from archsim.reproduce.processes import in_processes
 from archsim.reproduce.reproduction import Reproduction
 from archsim.run.progress import Progress, silent
+from archsim.run.tile_pipeline import cost_of
 
 Measured = Mapping[str, Mapping[tuple[str, int], Buffers]]  # scene -> (rasterization, resolution) -> Buffers
 
@@ -143,8 +143,8 @@ def evaluator_cells() -> list[Cell]:
     units = {"table_bytes": "bytes", "latency_cycles": "clocks", "interval_cycles": "clocks a tile"}
     return [
         new_cell(Place(ID, 3, name, column), value, units.get(column, "units"))
-        for name, spec in DESIGNS.items()
-        for column, value in evaluator_cost(spec, MAP_ROWS, BITS)._asdict().items()
+        for name in DESIGNS
+        for column, value in cost_of(hardware_with(name), MAP_ROWS)._asdict().items()
     ]
 
 

@@ -1,0 +1,150 @@
+"""Shadow maps of one light: fitted to the view, drawn on a tile pipeline, looked up, compared with traced shadows."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from archsim.config import RunConfig, ShadowMapsConfig
+from archsim.lograster.offset import OffsetSpec, Switch
+from archsim.raster.eye_view import eye_view
+from archsim.run.measure import measured
+from archsim.run.pipeline_metrics import pipeline_checks, pipeline_statistics
+from archsim.run.progress import Progress, silent
+from archsim.run.result import Check, Result
+from archsim.run.shadow_map_statistics import EACH, EVALUATOR, IMAGE, TOGETHER, Frame, Together
+from archsim.run.tile_pipeline import PlayedMap, cost_of, hardware_of, play_maps, targets_of
+from archsim.scene.scene import Light, Scene, digest, load_scene
+from archsim.shadow.ray_trace import shadow_mask
+from archsim.shadowmap.allocation import sizes_of
+from archsim.shadowmap.families import make_maps
+from archsim.shadowmap.fit import ShadowMap
+from archsim.shadowmap.picture import Picture, aliasing, take_picture
+from archsim.shadowmap.shadows import shadow_image
+from archsim.shadowmap.view import View, directional_light, make_view, point_light
+
+FAR_AWAY = 1e7  # of the view's far depth: where a sun stands for the ray tracer
+LARGEST_IMAGE = 512  # rows and columns of a map as the report shows it
+
+
+class Fitted(NamedTuple):
+    """The maps of a run and what they are for."""
+
+    view: View
+    light: np.ndarray  # float64 [4]
+    maps: list[ShadowMap]
+    sizes: list[tuple[int, int]]  # columns, rows of each
+
+
+def simulate_shadow_maps(config: RunConfig, progress: Progress = silent) -> Result:
+    """Draw one light's shadow maps; `config` is a checked RunConfig of this kind."""
+    workload = config.workload
+    assert isinstance(workload, ShadowMapsConfig)
+    hardware, scene = hardware_of(config.machine), load_scene(config.scene)
+    fitted = fit_maps(scene, workload)
+    offset = OffsetSpec(workload.offset_scale, workload.offset_units, int(Switch.INTERPOLATED))
+    targets = targets_of(hardware, fitted.maps, fitted.sizes, offset)
+    played = play_maps(config.model, hardware, scene.mesh, fitted.maps, targets, progress)
+
+    picture = take_picture(scene.mesh, scene.camera, fitted.view, scene.width, scene.height)
+    shadow = shadow_image(fitted.maps, [each.depth for each in played], fitted.view, picture)
+    expected = traced(scene, fitted, picture) if workload.compare == "ray_traced" else None
+    errors = aliasing(fitted.maps, fitted.sizes, fitted.view, picture)
+
+    machine = hardware.machine
+    tick_hertz = machine.tick_hertz / machine.spec.period_ticks
+    cost = cost_of(hardware, max(rows for _, rows in fitted.sizes))
+    statistics = [
+        *measured("maps", TOGETHER, Together(played, tick_hertz)),
+        *measured("evaluator", EVALUATOR, (cost, played)),
+        *measured("image", IMAGE, Frame(picture.seen, shadow, expected, errors.error)),
+    ]
+    checks = []
+    for each in played:
+        statistics += measured(phase_of(each), EACH, each)
+        statistics += pipeline_statistics(phase_of(each), machine, each.counters)
+        checks += [*_map_checks(each), *pipeline_checks(phase_of(each), machine, each.counters)]
+    values = {statistic.name: statistic.value for statistic in statistics}
+    summary = {**{name: values[name] for name in _FIRST if name in values}}
+    summary["checks_passed"] = all(check.ok for check in checks)
+    images = {"m: texels in pixels": spread(picture, errors.error), **_depth_images(played)}
+    return Result(config.name, digest(scene), summary, statistics, checks, shadow, [], images)
+
+
+_FIRST = (
+    "maps.count",
+    "maps.texels",
+    "maps.cycles",
+    "maps.tiles_per_cycle",
+    "maps.read_bytes",
+    "maps.written_bytes",
+    "maps.plain_bytes",
+    "maps.compression",
+    "image.m_95",
+    "image.wrong_percent",
+)
+
+
+def fit_maps(scene: Scene, workload: ShadowMapsConfig) -> Fitted:
+    """The maps that a checked section asks for."""
+    view = make_view(scene.camera, scene.width / scene.height, workload.far)
+    if workload.sun is not None:
+        light = directional_light(np.array(workload.sun, dtype=np.float64))
+    else:
+        light = point_light(np.asarray(scene.lights[workload.light].position, dtype=np.float64))
+    maps = make_maps(workload.maps, view, light)
+    sizes = sizes_of(workload.maps, maps, view, scene.height, workload.texels[0] * workload.texels[1])
+    if workload.rasterization == "linear":
+        maps = [shadow_map._replace(ratio=1.0) for shadow_map in maps]
+    return Fitted(view, light, maps, sizes)
+
+
+def traced(scene: Scene, fitted: Fitted, picture: Picture) -> np.ndarray:
+    """Shadows traced ray by ray; bool [height, width], False beyond the view."""
+    light, view = fitted.light, fitted.view
+    place = light[:3] if light[3] else view.eye + FAR_AWAY * view.far * light[:3]
+    lit = scene._replace(lights=(Light(place, None),))
+    seen = eye_view(scene.mesh, scene.camera, scene.width, scene.height)
+    return np.asarray(shadow_mask(lit, 0, seen) & picture.seen)
+
+
+def phase_of(played: PlayedMap) -> str:
+    """The name of a map's phase."""
+    return f"map_{played.shadow_map.name.replace(' ', '_')}"
+
+
+def spread(picture: Picture, values: np.ndarray) -> np.ndarray:
+    """Values [n] of the pixels seen as an image float32, NaN elsewhere."""
+    image = np.full(picture.seen.shape, np.nan, np.float32)
+    image[picture.seen] = values
+    return image
+
+
+def _depth_images(played: list[PlayedMap]) -> dict[str, np.ndarray]:
+    """Each map, nearest depth 0; NaN where nothing was drawn; large ones thinned out."""
+    images = {}
+    for each in played:
+        step = -(-max(each.depth.shape) // LARGEST_IMAGE)
+        depth = each.depth[::-step, ::step].astype(np.float32) / each.depth.dtype.type((1 << 24) - 1)
+        images[f"{phase_of(each)}: depth, y' upwards"] = np.where(depth < 1, depth, np.nan)
+    return images
+
+
+def _map_checks(played: PlayedMap) -> list[Check]:
+    """The pipeline leaves the picture that drawing gives, and moves whole blocks."""
+    name, moved = phase_of(played), played.plain
+    different = int((played.depth != played.drawn.depth).sum())
+    counts, flush = played.drawn.counts, 1
+    tiles = played.tasks("fine") - flush, counts.tiles
+    covered = played.tasks("z_cull") - flush, counts.covered_tiles
+    return [
+        Check(f"{name}: depths of drawing", different == 0, f"{different} samples differ"),
+        Check(f"{name}: tiles of drawing", tiles[0] == tiles[1], f"{tiles[0]} = {tiles[1]}"),
+        Check(f"{name}: covered tiles of drawing", covered[0] == covered[1], f"{covered[0]} = {covered[1]}"),
+        Check(
+            f"{name}: no more is moved than uncompressed",
+            played.read <= moved[0] and played.written <= moved[1],
+            f"{played.read} of {moved[0]} read, {played.written} of {moved[1]} written",
+        ),
+    ]
