@@ -135,10 +135,8 @@ class ShadowMapsConfig(Section):
     maps: Literal["standard", "lispsm", "fp_lispsm", "csm_lispsm", "logpsm"] = "logpsm"
     # logarithmic: rows spaced as `logpsm` says; linear: evenly
     rasterization: Literal["linear", "logarithmic"] = "logarithmic"
-    texels: Annotated[tuple[Texels, Texels], Field(strict=False)] = (
-        512,
-        512,
-    )  # product: of all maps together
+    # columns and rows that all maps together have the product of
+    texels: Annotated[tuple[Texels, Texels], Field(strict=False)] = (512, 512)
     far: Annotated[float, Field(gt=0, le=1e9)]  # depth at which the view ends that the maps are made for
     offset_scale: Annotated[float, Field(ge=0, le=1000)] = 1.0  # of the slope of depth (polygon offset)
     offset_units: Annotated[float, Field(ge=0, le=1)] = 1e-6  # of the whole depth range
