@@ -77,7 +77,7 @@ def _look_up(spec, state, cycle, cache):
             owner["lookup_due"] = _next_try(spec, state, cycle, cache)
             return
         if waiting["arrival"] < cycle and request.kind != WRITEBACK:
-            _note_accepted(state, cycle, cache, request.requester)
+            _note_accepted(state, cycle, cache, waiting)
         owner["last_sender"] = waiting["rank"]
         if position == 0:
             queue_model.drop_oldest(inbox, cache)
@@ -91,15 +91,15 @@ def _look_up(spec, state, cycle, cache):
 
 
 @step
-def _note_accepted(state, cycle, cache, requester):
+def _note_accepted(state, cycle, cache, waiting):
     """The cache accepts in `cycle` a request that had to wait."""
-    owner = state.cache.caches[cache]
+    owner, requester, arrival = state.cache.caches[cache], waiting["requester"], waiting["arrival"]
     if requester >= 0:
         state.core.threads[requester]["reason"] = IN_PARTS
-        waits.note_accepted(state.waits.threads[requester], owner, cycle)
+        waits.note_accepted(state.waits.threads[requester], owner, arrival, cycle)
     else:
         child, _, mshr = _mshr_of(requester)
-        waits.note_accepted(state.waits.fetches[child, mshr], owner, cycle)
+        waits.note_accepted(state.waits.fetches[child, mshr], owner, arrival, cycle)
 
 
 @step

@@ -57,9 +57,10 @@ def new_waits(num_threads: int, mshrs: np.ndarray, are_threads_at_dram: bool) ->
 
 
 @inlined_step
-def note_accepted(wait, owner, cycle):
-    """The request that had to wait is accepted in `cycle`."""
-    wait["refused_until"], wait["lack"] = owner["refused_until"], owner["lack"]
+def note_accepted(wait, owner, arrival, cycle):
+    """The request that came in cycle `arrival` and had to wait is accepted in `cycle`."""
+    wait["refused_until"] = owner["refused_until"] if owner["refused_until"] > arrival else arrival - 1
+    wait["lack"] = owner["lack"]
     wait["accepted"] = cycle
     wait["source"] = LOOKUP_HIT
 

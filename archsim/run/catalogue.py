@@ -37,6 +37,13 @@ SECTIONS = [
     Section("DRAM, in every phase, summed over the channels", "{phase}.dram", metrics.DRAM),
     Section("Pipelines, besides the statistics of caches and DRAM", "{pipeline}", pipeline_metrics.RUN),
     Section("Every unit of a pipeline", "{pipeline}.{unit}", pipeline_metrics.UNITS),
+    Section(
+        "What a unit waited for, for every cache below it and the DRAM",
+        "{pipeline}.{unit}",
+        stall_metrics.LEVELS,
+    ),
+    Section("What a unit waited for at every cache below it", "{pipeline}.{unit}", stall_metrics.AT_CACHE),
+    Section("What a unit waited for at the DRAM", "{pipeline}.{unit}", stall_metrics.AT_DRAM),
     Section("Every fifo and delay stream of a pipeline", "{pipeline}.{channel}", pipeline_metrics.CHANNELS),
     Section("Every delay stream of a pipeline", "{pipeline}.{delay_stream}", pipeline_metrics.STREAMS),
     Section("Every pool of a pipeline", "{pipeline}.{pool}", pipeline_metrics.POOLS),

@@ -14,10 +14,11 @@ from archsim.model.cache.spec import DRAM_PARENT
 from archsim.model.core.spec import CoreSpec, TaskOrder
 from archsim.model.fifo.spec import FifoSpec
 from archsim.model.locks.spec import LocksSpec
-from archsim.model.unit.spec import Slot, UnitSpec
+from archsim.model.unit.spec import NO_MEMORY, Slot, UnitSpec
 from archsim.run.measure import Measure, measured, percent, ratio
 from archsim.run.metrics import equal, memory_statistics
 from archsim.run.result import Check, Statistic
+from archsim.run.stall_metrics import stall_statistics
 
 
 class PipelineView(NamedTuple):
@@ -150,7 +151,22 @@ def pipeline_statistics(phase: str, machine: PipelineMachine, counters: Pipeline
     for names, table in tables:
         for number, name in enumerate(names):
             found += measured(f"{phase}.{name}", table, PipelineView(machine, counters, number))
+    for number, name in enumerate(machine.units):
+        levels, waits = _levels_below(machine, number), counters.unit_waits[number]
+        found += stall_statistics(f"{phase}.{name}", levels, waits, counters.cycles)
     return found + memory_statistics(phase, without_cores(machine), counters.memory)
+
+
+def _levels_below(machine: PipelineMachine, unit: int) -> dict[str, list[int]]:
+    """The caches that a unit's accesses may pass, by name, and the DRAM; nothing for a unit without memory."""
+    spec, level = machine.spec, machine.spec.units[unit].memory
+    if level == NO_MEMORY:
+        return {}
+    found = {}
+    while level != DRAM_PARENT:
+        found[machine.caches[level]] = [level]
+        level = spec.caches[level].parent
+    return {**found, "dram": [len(spec.caches)]}
 
 
 def without_cores(machine: PipelineMachine) -> PhaseMachine:
@@ -178,6 +194,7 @@ def pipeline_checks(phase: str, machine: PipelineMachine, counters: PipelineCoun
     lookups = memory.cache_reads + memory.cache_writes + memory.cache_writebacks_in
     laws = [
         ("slots", counters.unit_slots.sum(axis=1), np.full(len(spec.units), counters.cycles)),
+        ("waits for memory", counters.unit_waits.sum(axis=1), counters.unit_slots[:, Slot.MEMORY]),
         ("items", counters.channel_put, counters.channel_taken),
         ("tokens", counters.pool_acquired, counters.pool_released),
         ("reads reach the DRAM", read, memory.dram_reads.sum() + memory.dram_forwarded.sum()),

@@ -40,19 +40,19 @@ LEVELS = [
 ]
 
 _AT_CACHE = {
-    AtCache.LOOKUP: "Of those: while {level} looked it up, until the answer or until it reached the next level.",
-    AtCache.PORT: "Of those: while {level} looked up others.",
-    AtCache.TARGET: "Of those: while the fetch of its line had no free target, or there were several.",
-    AtCache.WAY: "Of those: while all ways of the set were on their way.",
-    AtCache.MSHR: "Of those: while no MSHR was free.",
-    AtCache.WRITE_QUEUE: "Of those: while the write queue was full.",
+    AtCache.LOOKUP: "Cycles stalled for a lookup of {level}, to the answer or to the arrival at the next level.",
+    AtCache.PORT: "Cycles stalled while {level} looked up other requests.",
+    AtCache.TARGET: "Cycles stalled in {level} for a free target of a fetch, or for the end of one of several.",
+    AtCache.WAY: "Cycles stalled in {level} while all ways of a set were on their way.",
+    AtCache.MSHR: "Cycles stalled in {level} for a free MSHR.",
+    AtCache.WRITE_QUEUE: "Cycles stalled in {level} while its write queue was full.",
 }
 _AT_DRAM = {
-    AtDram.QUEUE: "Of those: while other requests were served.",
-    AtDram.REFRESH: "Of those: for a refresh.",
-    AtDram.ACTIVATION: "Of those: while its row was opened, or another one closed before.",
-    AtDram.TURNAROUND: "Of those: while the bus turned from writing to reading, or back.",
-    AtDram.BUS: "Of those: from its column command to its data.",
+    AtDram.QUEUE: "Cycles stalled in {level} while other requests were served.",
+    AtDram.REFRESH: "Cycles stalled in {level} for a refresh.",
+    AtDram.ACTIVATION: "Cycles stalled in {level} for a row to be opened, and another one closed before.",
+    AtDram.TURNAROUND: "Cycles stalled in {level} for the bus to turn from writing to reading, or back.",
+    AtDram.BUS: "Cycles stalled in {level} from a column command to its data.",
 }
 
 
@@ -69,7 +69,8 @@ def stall_statistics(
     prefix: str, levels: Mapping[str, Sequence[int]], counts: np.ndarray, cycles: int
 ) -> list[Statistic]:
     """Shares of `cycles` by level and cause. `levels`: caches by name, the DRAM last; `counts`: [causes]."""
-    found, last = [], [*levels][-1]
+    found: list[Statistic] = []
+    last = max(levels, key=lambda level: max(levels[level]), default="")
     for level, members in levels.items():
         causes: type[IntEnum] = AtDram if level == last else AtCache
         view = StallView(counts, cycles, members, causes)

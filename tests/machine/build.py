@@ -170,11 +170,15 @@ def work(*steps_of_tasks: list[Step]) -> Work:
 
 def stalls(counters: Counters, core: int = 0) -> dict[str, int]:
     """Empty slots of a core by cause, such as `0.mshr` for cache 0 or `dram.bus`; causes without slots are left out."""
-    num_caches = len(counters.cache_hits)
-    names = [f"{cache}.{cause.name.lower()}" for cache in range(num_caches) for cause in AtCache]
-    names += [f"dram.{cause.name.lower()}" for cause in AtDram]
+    names = ["no_work", "lock", *cause_names(len(counters.cache_hits))]
     counts = counters.stalled[core].tolist()
-    return {name: n for name, n in zip(["no_work", "lock", *names], counts, strict=True) if n}
+    return {name: n for name, n in zip(names, counts, strict=True) if n}
+
+
+def cause_names(num_caches: int) -> list[str]:
+    """The causes of a wait for memory in the order of their numbers."""
+    at_caches = [f"{cache}.{cause.name.lower()}" for cache in range(num_caches) for cause in AtCache]
+    return [*at_caches, *(f"dram.{cause.name.lower()}" for cause in AtDram)]
 
 
 def difference(ours: Counters, theirs: Counters) -> str:

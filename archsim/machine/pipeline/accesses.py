@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from archsim.machine import memory
+from archsim.machine import memory, waits
 from archsim.machine.pipeline.state import Machine, State
+from archsim.machine.waits import IN_PARTS
 from archsim.model.cache.compiled_state import CLEAR, Request
 from archsim.model.cache.spec import DRAM_PARENT
 from archsim.model.compiled import inlined_step, step
@@ -53,3 +54,16 @@ def next_answered(spec: Machine, state: State, requester):
     number = core_model.number_of(state.core, word, bit)
     core_model.park(state.core, state.core.threads[number])
     return number - requester * spec.core.num_threads
+
+
+@step
+def charge_wait(spec: Machine, state: State, cycle, unit, access):
+    """The wait of the unit since it last moved ends in `cycle` with this access: its cycles are charged."""
+    owner = state.stages.units[unit]
+    number = unit * spec.core.num_threads + access
+    counts, reason = state.stages.waits[unit], state.core.threads[number]["reason"]
+    if reason == IN_PARTS:
+        level = owner["memory"] if owner["memory"] != DRAM_PARENT else len(spec.caches)
+        waits.charge(spec, state, counts, (owner["since"], cycle), (number, level))
+    else:
+        counts[reason] += cycle - owner["since"]

@@ -114,13 +114,14 @@ def _initial_state(spec: PipelineSpec, machine: Machine, watched: tuple[int, ...
     longest_wake = max((cache.hit_cycles for cache in spec.caches), default=1)
     queue_capacity = 64 + 2 * machine.spare_slots
 
-    core = new_cores(machine.core, STALL_MEMORY + num_causes(len(spec.caches)), longest_wake)
+    num_reasons = STALL_MEMORY + num_causes(len(spec.caches))
+    core = new_cores(machine.core, num_reasons, longest_wake)
     core.ready[:] = 0
     run = np.zeros(1, RUN)
     run["next_answer"] = run["next_lookup"] = NEVER
     cache = new_caches(machine.caches, spec.caches, queue_capacity, watched)
     return State(
-        stages=new_stages(spec.units),
+        stages=new_stages(spec.units, num_reasons),
         pipes=new_pipes(spec.fifos),
         streams=new_streams(spec.delay_streams),
         stream_roused=np.zeros(len(spec.delay_streams), np.int64),
@@ -212,6 +213,7 @@ def _counters(spec: PipelineSpec, state: State) -> PipelineCounters:
     return PipelineCounters(
         cycles=cycles,
         unit_slots=slots,
+        unit_waits=state.stages.waits[:, STALL_MEMORY:].copy(),
         unit_tasks=units["tasks"].copy(),
         unit_loads=units["loads"].copy(),
         unit_stores=units["stores"].copy(),

@@ -14,6 +14,7 @@ class PipelineCounters(NamedTuple):
 
     cycles: int  # until nothing was left to do for any unit
     unit_slots: np.ndarray  # [U, Slot] cycles by what the front did
+    unit_waits: np.ndarray  # [U, causes] cycles of Slot.MEMORY by what was waited for (model/causes.py)
     unit_tasks: np.ndarray  # [U] tasks ended
     unit_loads: np.ndarray  # [U] lines asked for by LOADs
     unit_stores: np.ndarray  # [U] lines asked for by STOREs

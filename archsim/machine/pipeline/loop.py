@@ -19,6 +19,7 @@ from archsim.model.core.compiled import next_wake
 from archsim.model.delay_stream import compiled as stream_model
 from archsim.model.delay_stream.compiled import READS, WRITES
 from archsim.model.unit import compiled as unit_model
+from archsim.model.unit.spec import Slot
 
 OVER, WORK_WANTED, NEEDS_ROOM = range(3)  # why `play` returns
 
@@ -87,12 +88,9 @@ def _look_at_unit(spec, state, cycle, number):
 def _play_unit(spec, state, cycle, number):
     """Phase 1 of `cycle` for the unit; False if it needs its next task first."""
     stages = state.stages
-    unit_model.account(stages, cycle, number)
-    while True:
-        access = accesses.next_answered(spec, state, number)
-        if access == accesses.NOBODY:
-            break
-        unit_model.end_access(stages, cycle, number, access)
+    if stages.units[number]["slot"] != Slot.MEMORY:
+        unit_model.account(stages, cycle, number)
+    _end_accesses(spec, state, cycle, number)
     back.complete(spec, state, cycle, number)
     slot, front_due = front.go_on(spec, state, cycle, number)
     if slot == NEEDS_WORK:
@@ -101,6 +99,30 @@ def _play_unit(spec, state, cycle, number):
     stages.units[number]["slot"] = slot
     stages.units[number]["due"] = unit_model.due_by_itself(stages, cycle, number, front_due)
     return True
+
+
+@step
+def _end_accesses(spec, state, cycle, number):
+    """The unit notes its accesses that are answered in `cycle`; one of them may end a wait for memory."""
+    stages, unit = state.stages, state.stages.units[number]
+    is_waiting = unit["slot"] == Slot.MEMORY
+    waits_for_all = is_waiting and unit_model.is_held_back_by_all(stages, number)
+    ending = accesses.NOBODY
+    while True:
+        access = accesses.next_answered(spec, state, number)
+        if access == accesses.NOBODY:
+            break
+        unit_model.end_access(stages, cycle, number, access)
+        if waits_for_all and stages.operation[number, access] != unit["oldest"]:
+            continue
+        is_later = ending != accesses.NOBODY and stages.asked[number, access] > stages.asked[number, ending]
+        if ending == accesses.NOBODY or is_later == waits_for_all:
+            ending = access
+    if waits_for_all and unit_model.operation_at(stages, number, unit["oldest"])["unanswered"] > 0:
+        ending = accesses.NOBODY
+    if is_waiting and ending != accesses.NOBODY:
+        accesses.charge_wait(spec, state, cycle, number, ending)
+        unit_model.account(stages, cycle, number)
 
 
 @inlined_step

@@ -18,6 +18,7 @@ from archsim.machine.reference import Tap, constantly, is_drained, make_caches, 
 from archsim.machine.watch import SEEN, Levels, Watch, in_order, tell
 from archsim.model.cache.reference import Answer, Kind, Request
 from archsim.model.cache.spec import DRAM_PARENT
+from archsim.model.causes import num_causes
 from archsim.model.delay_stream.reference import DelayStream
 from archsim.model.dram.commands import COMMAND, CommandSink
 from archsim.model.dram.reference import Dram
@@ -113,9 +114,9 @@ class Machine:
     def _sender(self, sender: int, memory: int) -> Send:
         """How the component asks its cache or the DRAM: the request is there in the same tick."""
 
-        def send(now: int, kind: Kind, address: int, num_bytes: int, answer: Answer) -> None:
+        def send(now: int, kind: Kind, address: int, num_bytes: int, answer: Answer, wait: Wait) -> None:
             assert memory != NO_MEMORY
-            request = Request(kind, address, num_bytes, answer, Wait(), sender)
+            request = Request(kind, address, num_bytes, answer, wait, sender)
             if memory == DRAM_PARENT:
                 request = self._whole_bursts(request)
             call(at(self.env, now, Phase.ARRIVE, sender), self.targets[memory].arrive, request)
@@ -175,6 +176,10 @@ class Machine:
         return PipelineCounters(
             cycles=cycles,
             unit_slots=np.array([_slots(unit, cycles) for unit in units], np.int64).reshape(-1, len(Slot)),
+            unit_waits=np.array(
+                [[unit.waited[cause] for cause in range(num_causes(len(self.caches)))] for unit in units],
+                np.int64,
+            ).reshape(len(units), -1),
             unit_tasks=_array(unit.counts["tasks"] for unit in units),
             unit_loads=_array(unit.counts["loads"] for unit in units),
             unit_stores=_array(unit.counts["stores"] for unit in units),

@@ -182,7 +182,7 @@ class Cache:
             return self._refuse(AtCache.WRITE_QUEUE)
 
         self.merges += 1
-        request.wait.mark(now, fetch.wait)
+        request.wait.accept(now, fetch.wait)
         if request.answer is not None:
             fetch.targets.append(request.answer)
         self._use(way)
@@ -305,7 +305,7 @@ class Cache:
         parts = self.parent.cut(*self._span(request))
         fetch = Fetch(now + self.spec.hit_cycles * self.period_ticks, self._sectors(request), len(parts))
         fetch.targets = [] if request.answer is None else [request.answer]
-        request.wait.mark(now, fetch.wait)
+        request.wait.accept(now, fetch.wait)
         fetch.wait.mark(now, self._cause(AtCache.LOOKUP))
         way.coming |= dict.fromkeys(fetch.sectors, fetch)
         for number, (address, num_bytes) in enumerate(parts):
@@ -334,7 +334,7 @@ class Cache:
 
     def _answer_at_hit_time(self, now: int, request: Request) -> None:
         if request.answer is not None:
-            request.wait.mark(now, self._cause(AtCache.LOOKUP))
+            request.wait.accept(now, self._cause(AtCache.LOOKUP))
             tick = now + self.spec.hit_cycles * self.period_ticks
             call(at(self.env, tick, Phase.FILL), request.answer, tick)
 

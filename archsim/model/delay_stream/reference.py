@@ -10,8 +10,9 @@ import simpy
 from archsim.model.cache.reference import Answer, Kind
 from archsim.model.delay_stream.spec import DelayStreamSpec, Overflow
 from archsim.model.reference import Phase, Registered, at
+from archsim.model.waiting import Wait
 
-Send = Callable[[int, Kind, int, int, Answer], None]  # (tick, kind, address, bytes, answer)
+Send = Callable[[int, Kind, int, int, Answer, Wait], None]  # (tick, kind, address, bytes, answer, wait)
 
 
 class Transfer:
@@ -123,7 +124,7 @@ class DelayStream:
 
         self.last_move = now
         address = self.spec.base + offset % self.spec.ring_bytes
-        self.send(now, kind, address, transfer.end - offset, answer)
+        self.send(now, kind, address, transfer.end - offset, answer, Wait())
 
     def _write_done(self, now: int) -> None:
         while self.writes and self.writes[0].is_done:

@@ -286,15 +286,13 @@ class Channel:
         self.counts["read_queue_clocks"] += m - arrival - sum(clocks.values())
 
     def _tell(self, m: int, queued: Queued) -> None:
-        """Mark what a request that has its column command in `m` waited for since it came."""
+        """Mark what a request that has its column command in `m` waited for, also before it came."""
         period, wait = self.spec.period_ticks, queued.request.wait
-        past = wait.marks[0][0]
         waits = self.banks.waits(self.banks[queued.bank], queued.arrival_clock, queued.is_write)
         for cause, (begin, end) in waits.items():
-            if end * period > max(begin * period, past):
-                wait.mark(max(begin * period, past), self.first_cause + cause)
+            if end > begin:
+                wait.mark(begin * period, self.first_cause + cause)
                 wait.mark(end * period, self.first_cause + AtDram.QUEUE)
-                past = end * period
         wait.mark(m * period, self.first_cause + AtDram.BUS)
 
     def _answer(self, clock: int, beats: int, request: Request) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 
 from archsim.model.compiled import inlined_step, record, step
 from archsim.model.unit.spec import Slot, StageSpec
+from archsim.trace.records import Op
 
 
 class SourceState(NamedTuple):
@@ -69,11 +70,13 @@ class StagesState(NamedTuple):
     wiring: np.ndarray  # [...] channels and pools of all units
     in_flight: np.ndarray  # OPERATION [U, capacity] rings, capacity a power of two
     free: np.ndarray  # [U, A] stacks of free accesses; the first A - `under_way` are free
-    operation: np.ndarray  # [U, A] ring position of the LOAD that an access is part of, or NO_OPERATION
+    operation: np.ndarray  # [U, A] number of the LOAD that an access is part of, or NO_OPERATION
+    asked: np.ndarray  # [U, A] number of the access among those of its unit
     slots: np.ndarray  # [U, Slot] cycles by what the front did
+    waits: np.ndarray  # [U, STALL_MEMORY + causes] cycles of Slot.MEMORY by what was waited for
 
 
-def new_stages(specs: Sequence[StageSpec]) -> StagesState:
+def new_stages(specs: Sequence[StageSpec], num_reasons: int) -> StagesState:
     """All idle, without a record."""
     units = np.zeros(len(specs), UNIT)
     wiring: list[int] = []
@@ -96,7 +99,9 @@ def new_stages(specs: Sequence[StageSpec]) -> StagesState:
         in_flight=np.zeros((len(specs), capacity), OPERATION),
         free=np.tile(np.arange(most), (len(specs), 1)),
         operation=np.full((len(specs), most), NO_OPERATION),
+        asked=np.zeros((len(specs), most), np.int64),
         slots=np.zeros((len(specs), len(Slot)), np.int64),
+        waits=np.zeros((len(specs), num_reasons), np.int64),
     )
 
 
@@ -106,6 +111,16 @@ def account(state, cycle, number):
     unit = state.units[number]
     state.slots[number, unit["slot"]] += cycle - unit["since"]
     unit["since"] = cycle
+
+
+@inlined_step
+def is_held_back_by_all(state, number):
+    """Of a unit whose front memory holds back: whether all of the oldest operation has to come, not any access."""
+    unit = state.units[number]
+    if unit["is_loading"] != 0:
+        return False
+    op = operation_at(state, number, unit["oldest"])["op"]
+    return op == Op.LOAD or op == Op.CLEAR
 
 
 @inlined_step
@@ -140,6 +155,7 @@ def begin_access(state, number, position):
     access = state.free[number, unit["outstanding"] - unit["under_way"] - 1]
     unit["under_way"] += 1
     state.operation[number, access] = position
+    state.asked[number, access] = unit["loads"] + unit["stores"] + unit["clears"]
     return access
 
 

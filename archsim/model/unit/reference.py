@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections import Counter, deque
 from collections.abc import Callable, Generator, Iterator
-from typing import Any, Protocol
+from functools import partial
+from typing import Any, NamedTuple, Protocol
 
 import simpy
 
@@ -14,9 +15,10 @@ from archsim.model.fifo.reference import Fifo
 from archsim.model.pool.reference import Pool
 from archsim.model.reference import Phase, at
 from archsim.model.unit.spec import Slot, StageSpec, UnitSpec
+from archsim.model.waiting import Wait
 from archsim.trace.records import Op
 
-Send = Callable[[int, Kind, int, int, Answer], None]  # (tick, kind, address, bytes, answer)
+Send = Callable[[int, Kind, int, int, Answer, Wait], None]  # (tick, kind, address, bytes, answer, wait)
 
 
 class Source:
@@ -82,6 +84,14 @@ class Channel(Protocol):
     def take(self, now: int) -> None: ...
 
 
+class Access(NamedTuple):
+    """A line asked for."""
+
+    number: int  # of those that the unit asked for
+    operation: Operation
+    wait: Wait
+
+
 class Operation:
     """An operation between front and back."""
 
@@ -132,8 +142,15 @@ class Stage:
         self.loading: Operation | None = None  # the access of which the front has not asked for all lines
         self.in_flight: deque[Operation] = deque()
         self.under_way = 0  # accesses
+        self.num_asked = 0
+        self.answered: list[Access] = []  # in this cycle
+        self.held_by: Operation | None = None  # that all of which has to come; None: any access has to
+        self.unexplained: list[
+            int
+        ] = []  # ticks at which memory held the front back, for what is not known yet
 
         self.slots: Counter[Slot] = Counter()
+        self.waited: Counter[int] = Counter()  # cycles of Slot.MEMORY by cause
         self.counts: Counter[str] = Counter()
         self.last_move = 0  # tick in which something was last done here
         self.slot = Slot.NO_WORK  # of the current cycle
@@ -159,12 +176,33 @@ class Stage:
         tick = 0
         while True:
             yield at(self.env, tick, Phase.ISSUE, self.index)
+            self._explain()
             while self.in_flight and self._complete(tick, self.in_flight[0]):
                 self.in_flight.popleft()
                 self.last_move = tick
             self.slot = self._front(tick)
             self.slots[self.slot] += 1
+            if self.slot is Slot.MEMORY:
+                self.unexplained.append(tick)
             tick += self.period_ticks
+
+    def _explain(self) -> None:
+        """Charge the cycles in which memory held the front back, if the access has come that ends them."""
+        ending = self._ending()
+        if ending is not None:
+            for tick in self.unexplained:
+                self.waited[ending.wait.cause_at(tick)] += 1
+            self.unexplained = []
+        self.answered = []
+
+    def _ending(self) -> Access | None:
+        """The first access that came, if any is enough; the last one of the operation that held the front back."""
+        if self.held_by is None:
+            return min(self.answered, key=lambda access: access.number, default=None)
+        if self.held_by.unanswered > 0:
+            return None
+        own = [access for access in self.answered if access.operation is self.held_by]
+        return max(own, key=lambda access: access.number, default=None)
 
     def _front(self, now: int) -> Slot:
         """Go on as far as it can; returns what the front does in this cycle."""
@@ -235,6 +273,7 @@ class Stage:
                 return self._hindrance(now)
             self.loading = self._join(now, record)
         if not self._ask(now, self.loading):
+            self.held_by = None
             return Slot.MEMORY
         self.loading = None
         return None
@@ -253,11 +292,14 @@ class Stage:
             self.under_way += 1
             self.counts[name] += 1
             self.counts[f"{name}_bytes"] += num_bytes
-            self.send(now, kind, address, num_bytes, lambda tick: self._answered(tick, operation))
+            self.num_asked += 1
+            access = Access(self.num_asked, operation, Wait())
+            self.send(now, kind, address, num_bytes, partial(self._answered, access), access.wait)
         return not operation.to_send
 
-    def _answered(self, now: int, operation: Operation) -> None:
-        operation.unanswered -= 1
+    def _answered(self, access: Access, now: int) -> None:
+        self.answered.append(access)
+        access.operation.unanswered -= 1
         self.under_way -= 1
         self.last_move = now
 
@@ -280,6 +322,7 @@ class Stage:
     def _hindrance(self, now: int) -> Slot:
         """Why the oldest operation in flight has not completed."""
         oldest = self.in_flight[0]
+        self.held_by = oldest if oldest.op in _AHEAD else None
         if oldest.op in _AHEAD:
             return Slot.MEMORY
         if now < oldest.ready_tick:
