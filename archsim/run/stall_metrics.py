@@ -44,7 +44,7 @@ _AT_CACHE = {
     AtCache.PORT: "Cycles stalled while {level} looked up other requests.",
     AtCache.TARGET: "Cycles stalled in {level} for a free target of a fetch, or for the end of one of several.",
     AtCache.WAY: "Cycles stalled in {level} while all ways of a set were on their way.",
-    AtCache.MSHR: "Cycles stalled in {level} for a free MSHR.",
+    AtCache.MSHR: "Cycles stalled in {level} while no MSHR was free.",
     AtCache.WRITE_QUEUE: "Cycles stalled in {level} while its write queue was full.",
 }
 _AT_DRAM = {
