@@ -82,11 +82,19 @@ def _run(
     ] = None,
     out: Out = None,
     as_json: Json = False,
+    cycles: Annotated[
+        str | None,
+        typer.Option(
+            "--timeline",
+            metavar="FIRST:LAST",
+            help="Record these cycles of every phase, too: traces for Perfetto and waterfalls in the run folder.",
+        ),
+    ] = None,
 ) -> None:
     """Simulate one workload and leave a run folder (runs/NAME unless --out is given)."""
     from archsim.cli.run import run
 
-    run(config, _with_model(overrides, model), out, as_json)
+    run(config, _with_model(overrides, model), out, as_json, cycles)
 
 
 @app.command("reproduce")
@@ -168,20 +176,27 @@ def _whatif(
 def _timeline(
     run: Annotated[str, typer.Argument(metavar="RUN", help="A run's YAML file, or a packaged run's name.")],
     overrides: Overrides = None,
-    phase: Annotated[str, typer.Option("--phase", metavar="PHASE")] = "izb_raster",
+    phase: Annotated[str | None, typer.Option("--phase", metavar="PHASE")] = None,
     tasks: Annotated[
-        str, typer.Option("--tasks", metavar="FIRST:LAST", help="Which tasks are played.")
-    ] = "0:200",
+        str | None,
+        typer.Option(
+            "--tasks", metavar="FIRST:LAST", help="Play these tasks of irregular shadow mapping only."
+        ),
+    ] = None,
     cycles: Annotated[
+        str | None,
+        typer.Option("--cycles", metavar="FIRST:LAST", help="Record these cycles of the phase, or of all."),
+    ] = None,
+    shown: Annotated[
         str | None,
         typer.Option("--waterfall", metavar="FIRST:LAST", help="Print these cycles thread by thread."),
     ] = None,
     out: Annotated[Path, typer.Option("--out", metavar="FILE")] = Path("timeline.json"),
 ) -> None:
-    """Write what threads, caches and DRAM banks did when, as a trace for Perfetto."""
-    from archsim.cli.timeline import timeline
+    """Write what threads or units, caches and DRAM banks did when, as a trace for Perfetto."""
+    from archsim.cli.timeline import Wanted, timeline
 
-    timeline(run, overrides or [], phase, (tasks, cycles), out)
+    timeline(run, overrides or [], Wanted(phase, tasks, cycles, shown), out)
 
 
 @app.command("report")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
-from functools import partial
 from pathlib import Path
 
 import typer
@@ -12,40 +11,27 @@ import typer
 from archsim.cli.bars import Bars
 from archsim.cli.configs import find_config, find_run
 from archsim.cli.edge import FAILED_CHECK
+from archsim.cli.run import report_failed
 from archsim.config import load_machine, load_run
 from archsim.config.dram import DramConfig
 from archsim.config.machine import MachineConfig
 from archsim.errors import Location, Problem, did_you_mean, fail
-from archsim.machine.build import phase_machine
 from archsim.machine.command_trace import written_commands
-from archsim.machine.play import play
 from archsim.run.folder import as_json
-from archsim.run.izb_statistics import BUILD, RASTER
-from archsim.run.izb_work import replay
-from archsim.run.kinds import kind_of
+from archsim.run.recording import record_commands
 from archsim.trace.referee.commands import Issued, read_commands
 from archsim.trace.referee.rules import Violation, violations
 
-PHASES = (BUILD, RASTER)
 MOST_SHOWN = 100  # violations; the rest is counted
 
 
-def record_dram(run: str, overrides: list[str], phase: str, out: Path) -> None:
-    """Play a phase of a run, on its first light view, and write the commands of its DRAM."""
+def record_dram(run: str, overrides: list[str], phase: str | None, out: Path) -> None:
+    """Simulate a run and write the commands of its DRAM in one phase."""
     config = load_run(find_run(run), overrides)
-    if phase not in PHASES or not config.workload.kind.startswith("izb"):
-        hint = did_you_mean(phase, PHASES) or f"phases of irregular shadow mapping: {', '.join(PHASES)}"
-        raise fail(f"no phase '{phase}'", hint=hint)
-    rendering = kind_of(config).rendering
-    assert rendering is not None
-    (view, *_) = rendering.render(config).views or [None]
-    if view is None:
-        raise fail("the picture is empty: there is no work")
-
-    spec = phase_machine(config.machine, phase, config.seed).spec
-    with Bars() as bars, written_commands(spec.dram, out) as sink:
-        play(config.model, spec, replay(view, phase, spec), partial(bars, phase), sink)
+    with Bars() as bars:
+        result = record_commands(config, phase, lambda spec: written_commands(spec, out), bars)
     print(f"written to {out} (archsim trace check-dram {out} --machine {config.machine.name})")
+    report_failed((result.name, check) for check in result.checks)
 
 
 def check_dram(file: Path, machine: str, dram: str | None, overrides: list[str], json_only: bool) -> None:

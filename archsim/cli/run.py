@@ -14,6 +14,7 @@ from archsim.cli.bars import Bars
 from archsim.cli.configs import find_run
 from archsim.cli.console import print_summary
 from archsim.cli.edge import FAILED_CHECK
+from archsim.cli.timeline import parse_window, write_timelines
 from archsim.config import RunConfig, WalkthroughConfig, load_run_with_origins, resolved_yaml
 from archsim.config.explain import origins
 from archsim.report.run_page import run_report
@@ -23,9 +24,12 @@ from archsim.run.manifest import make_manifest
 from archsim.run.result import Check, Result
 
 
-def run(config_name: str, overrides: list[str], out: Path | None, as_json: bool) -> None:
+def run(
+    config_name: str, overrides: list[str], out: Path | None, as_json: bool, cycles: str | None = None
+) -> None:
     """Simulate, write the run folder, say where it is."""
     check_target(out)
+    window = None if cycles is None else parse_window(cycles)
     loaded = load_run_with_origins(find_run(config_name), overrides)
     config = loaded.config
 
@@ -34,11 +38,17 @@ def run(config_name: str, overrides: list[str], out: Path | None, as_json: bool)
         result = simulate(config, bars)
     folder = write_run(out, run_files(result, config, time.perf_counter() - started, origins(loaded)))
 
+    phases = [] if window is None else write_timelines(config, window, folder)
+
     if as_json:
         print(result_json(result), end="")
     else:
         print_summary(result)
         print(f"written to {folder} (open {folder}/report.html)")
+        for phase in phases:
+            print(
+                f"and {folder}/timeline-{phase}.json (open it with https://ui.perfetto.dev), waterfall-{phase}.svg"
+            )
     report_failed((result.name, check) for check in result.checks)
 
 

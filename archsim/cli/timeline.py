@@ -1,33 +1,98 @@
-"""`archsim timeline`."""
+"""`archsim timeline`, and `archsim run --timeline`."""
 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from archsim.cli.configs import find_run
-from archsim.config import load_run
+from archsim.config import RunConfig, load_run
 from archsim.errors import did_you_mean, fail
-from archsim.machine.build import phase_machine
+from archsim.machine.build import PhaseMachine, phase_machine
+from archsim.machine.pipeline.build import PipelineMachine
 from archsim.machine.spec import MachineSpec
-from archsim.machine.timeline import record
-from archsim.report.perfetto import perfetto
+from archsim.machine.timeline import Timeline, Window, record
+from archsim.report.perfetto import Labels, perfetto
 from archsim.report.waterfall import waterfall, waterfall_figure
 from archsim.run.folder import write_whole
 from archsim.run.izb_statistics import BUILD, RASTER
 from archsim.run.izb_work import Recorded, replay
 from archsim.run.kinds import kind_of
+from archsim.run.recording import record_cycles
 from archsim.trace.records import Tasks
 from archsim.trace.stream import Work, whole
 
 PHASES = (BUILD, RASTER)
+_VIEWER = "https://ui.perfetto.dev"
 
 
-def timeline(run: str, overrides: list[str], phase: str, window: tuple[str, str | None], out: Path) -> None:
-    """Play some tasks of a phase on the reference model; write the trace, print the cycles asked for."""
+class Wanted(NamedTuple):
+    """What of a run is recorded."""
+
+    phase: str | None
+    tasks: str | None  # FIRST:LAST
+    cycles: str | None  # FIRST:LAST, instead
+    waterfall: str | None  # cycles that are printed
+
+
+def timeline(run: str, overrides: list[str], wanted: Wanted, out: Path) -> None:
+    """Play a part of a run on the reference model; write the trace, print the cycles asked for."""
     config = load_run(find_run(run), overrides)
-    if phase not in PHASES or not config.workload.kind.startswith("izb"):
+    if wanted.cycles is not None and wanted.tasks is not None:
+        raise fail("--tasks and --cycles: one of them")
+    if wanted.cycles is not None or not config.workload.kind.startswith("izb"):
+        window = parse_window(wanted.cycles or "2000")
+        recorded = record_cycles(config, window, wanted.phase)
+        for phase, machine, found in recorded:
+            place = out if len(recorded) == 1 else out.with_stem(f"{out.stem}-{phase}")
+            _write(place, found, machine, wanted.waterfall)
+    else:
+        machine, found = _tasks(config, wanted.phase or RASTER, parse_window(wanted.tasks or "0:200"))
+        _write(out, found, machine, wanted.waterfall)
+
+
+def write_timelines(config: RunConfig, window: Window, folder: Path) -> list[str]:
+    """Write what happens in some cycles of every phase of a run: a trace and waterfalls of each. Their phases."""
+    recorded = record_cycles(config, window)
+    for phase, machine, found in recorded:
+        write_whole(folder / f"timeline-{phase}.json", perfetto(found, _labels(machine)))
+        write_whole(folder / f"waterfall-{phase}.txt", waterfall(found, _shown(window), _units(machine)))
+        write_whole(
+            folder / f"waterfall-{phase}.svg", waterfall_figure(found, _shown(window), _units(machine))
+        )
+    return [phase for phase, _, _ in recorded]
+
+
+def _shown(window: Window) -> Window:
+    """What of a window fits on a line and in a figure."""
+    return Window(window.first, min(window.last, window.first + 400))
+
+
+def _units(machine: PhaseMachine | PipelineMachine) -> tuple[str, ...]:
+    return machine.units if isinstance(machine, PipelineMachine) else ()
+
+
+def _labels(machine: PhaseMachine | PipelineMachine) -> Labels:
+    if isinstance(machine, PipelineMachine):
+        return Labels(machine.caches, machine.tick_hertz, machine.units, machine.channels)
+    return Labels(machine.cache_names, machine.tick_hertz)
+
+
+def _write(out: Path, found: Timeline, machine: PhaseMachine | PipelineMachine, shown: str | None) -> None:
+    """Write the trace of a phase, and print and draw the cycles that are to be shown."""
+    write_whole(out, perfetto(found, _labels(machine)))
+    if shown is not None:
+        window = parse_window(shown)
+        print(waterfall(found, window, _units(machine)), end="")
+        write_whole(out.with_suffix(".svg"), waterfall_figure(found, window, _units(machine)))
+    print(f"written to {out} (open it with {_VIEWER})")
+
+
+def _tasks(config: RunConfig, phase: str, window: Window) -> tuple[PhaseMachine, Timeline]:
+    """Some tasks of a phase on cores, played by themselves."""
+    if phase not in PHASES:
         hint = did_you_mean(phase, PHASES) or f"phases of irregular shadow mapping: {', '.join(PHASES)}"
         raise fail(f"no timeline of '{phase}'", hint=hint)
     rendering = kind_of(config).rendering
@@ -36,25 +101,18 @@ def timeline(run: str, overrides: list[str], phase: str, window: tuple[str, str 
     (view, *_) = rendering.render(config).views or [None]
     if view is None:
         raise fail("the picture is empty: there is no work")
-    found = record(machine.spec, whole(_cut(view, phase, machine.spec, parse_range(window[0]))))
-    write_whole(out, perfetto(found, machine.cache_names, machine.tick_hertz))
-    if window[1] is not None:
-        first, last = parse_range(window[1])
-        print(waterfall(found, first, last - first), end="")
-        write_whole(out.with_suffix(".svg"), waterfall_figure(found, first, last - first))
-    print(f"{len(found.slots):,} issue slots in {found.counters.cycles:,} cycles")
-    print(f"written to {out} (open it with https://ui.perfetto.dev)")
+    return machine, record(machine.spec, whole(_cut(view, phase, machine.spec, window)))
 
 
-def parse_range(text: str) -> tuple[int, int]:
-    """`100:300` as (100, 300); `300` starts at 0."""
+def parse_window(text: str) -> Window:
+    """`100:300` as the cycles from 100 to 299; `300` starts at 0."""
     first, colon, last = text.rpartition(":")
     if not last.isdigit() or (colon and not first.isdigit()) or int(last) <= int(first or 0):
         raise fail(f"a range is written FIRST:LAST or LAST, with FIRST below LAST, not '{text}'")
-    return int(first or 0), int(last)
+    return Window(int(first or 0), int(last))
 
 
-def _cut(view: Recorded, phase: str, spec: MachineSpec, window: tuple[int, int]) -> Tasks:
+def _cut(view: Recorded, phase: str, spec: MachineSpec, window: Window) -> Tasks:
     """Tasks FIRST to LAST - 1 of a phase, as one chunk."""
     work: Work = replay(view, phase, spec)
     first, last = window

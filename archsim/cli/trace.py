@@ -26,6 +26,10 @@ Overrides = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="PATH=VALUE", help="Set a value of the machine or run. Repeatable."),
 ]
+Phase = Annotated[
+    str | None,
+    typer.Option("--phase", metavar="NAME", help="As statistics begin: izb_build, say."),
+]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON to stdout and nothing else.")]
 
 
@@ -168,12 +172,10 @@ def _check_dram(
 def _record_dram(
     run: Annotated[str, typer.Argument(metavar="RUN", help="A run's YAML file, or a packaged run's name.")],
     out: Annotated[Path, typer.Option("--out", metavar="FILE", help="The command trace to be written.")],
-    phase: Annotated[
-        str, typer.Option("--phase", metavar="NAME", help="izb_build or izb_raster.")
-    ] = "izb_build",
+    phase: Phase = None,
     overrides: Overrides = None,
 ) -> None:
-    """Play a phase of a run and write every command of its DRAM: clock,channel,command,bank,row,column."""
+    """Simulate a run and write every command of its DRAM in one phase: clock,channel,command,bank,row,column."""
     from archsim.cli.command_trace import record_dram
 
     record_dram(run, overrides or [], phase, out)
@@ -189,16 +191,13 @@ def _export(
     at: Annotated[
         str, typer.Option("--at", metavar="LEVEL", help="L1, L2 ..., a cache's name, or dram.")
     ] = "L1",
-    phase: Annotated[
-        str | None,
-        typer.Option("--phase", metavar="NAME", help="izb_clear, izb_build or izb_raster; all if not given."),
-    ] = None,
+    phase: Phase = None,
     out: Annotated[
         Path | None, typer.Option("--out", metavar="FILE", help="The trace; compressed if it ends in .gz.")
     ] = None,
     overrides: Overrides = None,
 ) -> None:
-    """Simulate a run and write the requests that reach a level of its machine."""
+    """Simulate a run and write the requests that reach a level of its machine, in all its phases or in one."""
     from archsim.cli.address_trace import export_run
 
     export_run(run, form, at, phase, out, overrides or [])

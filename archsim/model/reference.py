@@ -55,3 +55,10 @@ def call(event: simpy.Event, function: Callable[..., None], *arguments: object) 
     """Call `function(*arguments)` when `event` comes."""
     assert event.callbacks is not None
     event.callbacks.append(lambda _: function(*arguments))
+
+
+def stop_at(env: simpy.Environment, tick: int) -> None:
+    """End the run in that tick, if it lasts so long."""
+    end = env.timeout(tick)
+    assert end.callbacks is not None
+    end.callbacks.append(simpy.core.StopSimulation.callback)

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from archsim.machine.timeline import COMPUTE, Timeline
+from archsim.machine.pipeline.timeline import DOES
+from archsim.machine.timeline import COMPUTE, Place, Timeline, Window
 from archsim.report.figures import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, STYLED, VERMILLION, YELLOW, as_svg
 
 _LETTERS = {COMPUTE: "c", "LOAD": "L", "STORE": "S", "LOCK": "K", "UNLOCK": "U", "EMIT": "E"}
 LEGEND = "c compute, L load, S store, K lock, U unlock, E emit; waiting for 0-9 a cache, D the DRAM, k a lock, . a task"
 
-# What the figure tells apart: label, colour, letters.
-_CELLS = (
+# What the figure of threads tells apart: label, colour, letters.
+_OF_THREADS = (
     ("ready or idle", "#FFFFFF", " "),
     ("compute", GREEN, "c"),
     ("load, store", BLUE, "LS"),
@@ -26,52 +29,73 @@ _CELLS = (
     ("waits for a task", GREY, "."),
 )
 
+# And that of units.
+_OF_UNITS = (
+    ("not recorded", "#FFFFFF", " "),
+    ("busy", GREEN, "B"),
+    ("memory", VERMILLION, "M"),
+    ("output full", PURPLE, "O"),
+    ("delay stream full", SKY, "d"),
+    ("latency", YELLOW, "l"),
+    ("pool", ORANGE, "p"),
+    ("no work", GREY, "."),
+)
+_LETTER_OF_SLOT = dict(zip(DOES.values(), "B.MOdlp", strict=True))
+UNIT_LEGEND = "B busy, M memory, O output full, d delay stream full, l latency, p pool, . no work"
 
-def waterfall(timeline: Timeline, first_cycle: int, num_cycles: int) -> str:
-    """The cycles as text."""
-    lines = _lines(timeline, first_cycle, num_cycles)
-    head = f"cycles {first_cycle} to {first_cycle + num_cycles - 1}"
-    rows = [f"core {core} thread {thread:>2} |{line}|" for (core, thread), line in lines.items()]
-    return "\n".join([head, *rows, LEGEND]) + "\n"
+
+def waterfall(timeline: Timeline, window: Window, units: Sequence[str] = ()) -> str:
+    """The cycles as text; `units` are those of a pipeline."""
+    lines = _lines(timeline, window)
+    names = _names(timeline, units)
+    width = max(len(name) for name in names)
+    head = f"cycles {window.first} to {window.last - 1}"
+    rows = [f"{name:<{width}} |{line}|" for name, line in zip(names, lines, strict=True)]
+    return "\n".join([head, *rows, UNIT_LEGEND if units else LEGEND]) + "\n"
 
 
 @STYLED
-def waterfall_figure(timeline: Timeline, first_cycle: int, num_cycles: int) -> str:
+def waterfall_figure(timeline: Timeline, window: Window, units: Sequence[str] = ()) -> str:
     """The cycles as an SVG element."""
-    lines = _lines(timeline, first_cycle, num_cycles)
-    number = {letter: index for index, (_, _, letters) in enumerate(_CELLS) for letter in letters}
-    cells = np.array([[number[letter] for letter in line] for line in lines.values()])
+    lines, table = _lines(timeline, window), _OF_UNITS if units else _OF_THREADS
+    number = {letter: index for index, (_, _, letters) in enumerate(table) for letter in letters}
+    cells = np.array([[number[letter] for letter in line] for line in lines])
     figure = Figure(figsize=(11.4, 1.4 + 0.24 * len(lines)), layout="constrained")
     axes = figure.subplots()
-    colours = ListedColormap([colour for _, colour, _ in _CELLS])
-    extent = (first_cycle - 0.5, first_cycle + num_cycles - 0.5, len(lines) - 0.5, -0.5)
+    colours = ListedColormap([colour for _, colour, _ in table])
+    extent = (window.first - 0.5, window.last - 0.5, len(lines) - 0.5, -0.5)
     axes.imshow(
-        cells, cmap=colours, vmin=0, vmax=len(_CELLS) - 1, aspect="auto", interpolation="none", extent=extent
+        cells, cmap=colours, vmin=0, vmax=len(table) - 1, aspect="auto", interpolation="none", extent=extent
     )
-    axes.set_yticks(range(len(lines)), [f"core {core} thread {thread}" for core, thread in lines])
-    axes.set_xlabel("core cycle")
-    patches = [Patch(facecolor=colour, edgecolor="#888888", label=label) for label, colour, _ in _CELLS]
+    axes.set_yticks(range(len(lines)), _names(timeline, units))
+    axes.set_xlabel("cycle")
+    patches = [Patch(facecolor=colour, edgecolor="#888888", label=label) for label, colour, _ in table]
     figure.legend(handles=patches, loc="outside lower center", ncols=5, frameon=False)
     return as_svg(figure, "waterfall")
 
 
-def _lines(timeline: Timeline, first_cycle: int, num_cycles: int) -> dict[tuple[int, int], str]:
-    """(core, thread) -> a letter for each cycle, a blank where the thread is ready and another one issues."""
-    period = timeline.spec.core.period_ticks
+def _names(timeline: Timeline, units: Sequence[str]) -> list[str]:
+    return [units[core] if units else f"core {core} thread {thread:>2}" for core, thread in timeline.waits]
+
+
+def _lines(timeline: Timeline, window: Window) -> list[str]:
+    """Of each thread or unit a letter for each cycle, a blank where a thread is ready and another one issues."""
+    period, num_cycles = timeline.period_ticks, window.last - window.first
     lines = {own: [" "] * num_cycles for own in timeline.waits}
 
-    def put(own: tuple[int, int], cycle: int, letter: str) -> None:
-        if 0 <= cycle - first_cycle < num_cycles:
-            lines[own][cycle - first_cycle] = letter
+    def put(own: Place, first: int, last: int, letter: str) -> None:
+        for cycle in range(max(first, window.first), min(last, window.last)):
+            lines[own][cycle - window.first] = letter
 
     for own, waits in timeline.waits.items():
         for wait in waits:
-            for cycle in range(wait.start // period, wait.end // period):
-                put(own, cycle, _waiting(wait.name))
+            put(own, wait.start // period, wait.end // period, _waiting(wait.name))
     for slot in timeline.slots:
-        put((slot.core, slot.thread), slot.tick // period, _LETTERS[slot.op])
-    return {own: "".join(line) for own, line in lines.items()}
+        put((slot.core, slot.thread), slot.tick // period, slot.tick // period + 1, _LETTERS[slot.op])
+    return ["".join(line) for line in lines.values()]
 
 
 def _waiting(name: str) -> str:
-    return {"no work": ".", "lock": "k", "dram": "D"}.get(name, name[-1])
+    if name in _LETTER_OF_SLOT:
+        return _LETTER_OF_SLOT[name]
+    return {"lock": "k", "dram": "D"}.get(name, name[-1])

@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator
 
 from archsim.machine.build import PhaseMachine
 from archsim.machine.counters import Counters
+from archsim.machine.heard import NOTHING, Heard
 from archsim.machine.play import play
-from archsim.machine.watch import Watch
 from archsim.trace.records import Tasks, num_instructions
 from archsim.trace.stream import Work
 
@@ -17,7 +17,7 @@ def play_counted(
     work: Work,
     model: str,
     report: Callable[[int, int], None],
-    watch: Watch | None = None,
+    heard: Heard = NOTHING,
 ) -> tuple[Counters, int]:
     """Counters of a phase, and the number of instructions that the kernel executed for it."""
     executed = [0]
@@ -27,5 +27,5 @@ def play_counted(
             executed[0] += num_instructions(tasks)
             yield tasks
 
-    counters = play(model, machine.spec, Work(work.num_tasks, counted()), report, watch=watch)
+    counters = play(model, machine.spec, Work(work.num_tasks, counted()), report, heard)
     return counters, executed[0]

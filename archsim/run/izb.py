@@ -9,23 +9,17 @@ from typing import NamedTuple
 from archsim.config import RunConfig
 from archsim.machine.build import PhaseMachine, phase_machine
 from archsim.machine.counters import Counters, added, no_counters
-from archsim.machine.watch import Watch
 from archsim.run.counted import play_counted
 from archsim.run.izb_picture import Emitted, Picture, ViewLaws, compose, find
 from archsim.run.izb_rendered import RenderedIzb
 from archsim.run.izb_statistics import BUILD, CLEAR, RASTER, paper_ratios, summary
 from archsim.run.izb_subject import subject_of
 from archsim.run.izb_work import check_machine, prepare, replay
+from archsim.run.listen import Listen, to_nothing
 from archsim.run.metrics import phase_checks, phase_statistics
 from archsim.run.progress import Progress
 from archsim.run.result import Check, Result
 from archsim.trace.stream import Work
-
-Watcher = Callable[[str, PhaseMachine], Watch | None]  # who is told a phase's requests, if anybody
-
-
-def watch_nothing(phase: str, machine: PhaseMachine) -> None:
-    """Let nobody be told any requests."""
 
 
 class Machines(NamedTuple):
@@ -34,7 +28,7 @@ class Machines(NamedTuple):
     build: PhaseMachine
     raster: PhaseMachine
     model: str
-    watch: Watcher = watch_nothing
+    listen: Listen = to_nothing
 
 
 class Played(NamedTuple):
@@ -47,9 +41,9 @@ class Played(NamedTuple):
     num_rastered: int
 
 
-def simulate_izb(config: RunConfig, progress: Progress, watch: Watcher = watch_nothing) -> Result:
+def simulate_izb(config: RunConfig, progress: Progress, listen: Listen = to_nothing) -> Result:
     """Build and rasterize the irregular z-buffer of one light view; `config` is a checked RunConfig."""
-    machines, subject = machines_of(config)._replace(watch=watch), subject_of(config)
+    machines, subject = machines_of(config)._replace(listen=listen), subject_of(config)
     views = prepare(config, subject)
     played, found = [], []
     for view in views:
@@ -99,7 +93,7 @@ def _phase(machine: PhaseMachine, work: Work, how: tuple[str, Machines, Progress
     def report(done: int, total: int) -> None:
         progress(phase, done, total)
 
-    return play_counted(machine, work, machines.model, report, machines.watch(phase, machine))
+    return play_counted(machine, work, machines.model, report, machines.listen(phase, machine))
 
 
 def _result(

@@ -25,7 +25,7 @@ class Rendering(NamedTuple):
 class Kind(NamedTuple):
     """One kind of workload."""
 
-    simulate: Callable[[RunConfig, Progress], Result]
+    simulate: Callable[..., Result]  # of a RunConfig, a Progress and, if somebody listens, a Listen
     rendering: Rendering | None  # None: every run renders anew
 
 

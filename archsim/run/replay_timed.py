@@ -10,6 +10,7 @@ from archsim.errors import fail
 from archsim.machine.build import PhaseMachine
 from archsim.machine.counters import Counters
 from archsim.machine.entry import asked_by_units, entered_at
+from archsim.machine.heard import Heard
 from archsim.machine.pipeline import play as pipeline
 from archsim.machine.play import play
 from archsim.model.core.spec import CoreSpec, TaskOrder
@@ -82,7 +83,7 @@ def _at_answers(reopen: Reopen, machine: PhaseMachine, cache: int, num_requester
         how.progress("replaying", done, all_)
 
     with how.record(machine.spec.dram) as sink:
-        counters = play(how.model, machine.spec, work, told, sink, flush=how.flush)
+        counters = play(how.model, machine.spec, work, told, Heard(sink), flush=how.flush)
     return Played(machine, counters, phase_checks("replay", machine, counters))
 
 
@@ -120,7 +121,7 @@ def _at_cycles(reopen: Reopen, machine: PhaseMachine, cache: int, num_requesters
     work = clocked_work(reopen, asked.spec.units[0].line_bytes, num_requesters)
     with how.record(machine.spec.dram) as sink:
         counters = pipeline.play(
-            how.model, asked, PipelineWork(asked.units, work), sink=sink, flush=how.flush
+            how.model, asked, PipelineWork(asked.units, work), heard=Heard(sink), flush=how.flush
         )
     return Played(without_cores(asked), counters.memory, pipeline_checks("replay", asked, counters))
 

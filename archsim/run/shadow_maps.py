@@ -9,12 +9,13 @@ import numpy as np
 from archsim.config import RunConfig, ShadowMapsConfig
 from archsim.lograster.offset import OffsetSpec, Switch
 from archsim.raster.eye_view import eye_view
+from archsim.run.listen import Listen, to_nothing
 from archsim.run.measure import measured
 from archsim.run.pipeline_metrics import pipeline_checks, pipeline_statistics
 from archsim.run.progress import Progress, silent
 from archsim.run.result import Check, Result
 from archsim.run.shadow_map_statistics import EACH, EVALUATOR, IMAGE, TOGETHER, Frame, Together
-from archsim.run.tile_pipeline import PlayedMap, cost_of, hardware_of, play_maps, targets_of
+from archsim.run.tile_pipeline import PlayedMap, cost_of, hardware_of, phase_of, play_maps, targets_of
 from archsim.scene.scene import Light, Scene, digest, load_scene
 from archsim.shadow.ray_trace import shadow_mask
 from archsim.shadowmap.allocation import sizes_of
@@ -37,7 +38,9 @@ class Fitted(NamedTuple):
     sizes: list[tuple[int, int]]  # columns, rows of each
 
 
-def simulate_shadow_maps(config: RunConfig, progress: Progress = silent) -> Result:
+def simulate_shadow_maps(
+    config: RunConfig, progress: Progress = silent, listen: Listen = to_nothing
+) -> Result:
     """Draw one light's shadow maps; `config` is a checked RunConfig of this kind."""
     workload = config.workload
     assert isinstance(workload, ShadowMapsConfig)
@@ -45,7 +48,7 @@ def simulate_shadow_maps(config: RunConfig, progress: Progress = silent) -> Resu
     fitted = fit_maps(scene, workload)
     offset = OffsetSpec(workload.offset_scale, workload.offset_units, int(Switch.INTERPOLATED))
     targets = targets_of(hardware, fitted.maps, fitted.sizes, offset)
-    played = play_maps(config.model, hardware, scene.mesh, fitted.maps, targets, progress)
+    played = play_maps(config.model, hardware, scene.mesh, fitted.maps, targets, progress, listen)
 
     picture = take_picture(scene.mesh, scene.camera, fitted.view, scene.width, scene.height)
     shadow = shadow_image(fitted.maps, [each.depth for each in played], fitted.view, picture)
@@ -62,9 +65,9 @@ def simulate_shadow_maps(config: RunConfig, progress: Progress = silent) -> Resu
     ]
     checks = []
     for each in played:
-        statistics += measured(phase_of(each), EACH, each)
-        statistics += pipeline_statistics(phase_of(each), machine, each.counters)
-        checks += [*_map_checks(each), *pipeline_checks(phase_of(each), machine, each.counters)]
+        statistics += measured(phase_of(each.shadow_map), EACH, each)
+        statistics += pipeline_statistics(phase_of(each.shadow_map), machine, each.counters)
+        checks += [*_map_checks(each), *pipeline_checks(phase_of(each.shadow_map), machine, each.counters)]
     values = {statistic.name: statistic.value for statistic in statistics}
     summary = {**{name: values[name] for name in _FIRST if name in values}}
     summary["checks_passed"] = all(check.ok for check in checks)
@@ -109,11 +112,6 @@ def traced(scene: Scene, fitted: Fitted, picture: Picture) -> np.ndarray:
     return np.asarray(shadow_mask(lit, 0, seen) & picture.seen)
 
 
-def phase_of(played: PlayedMap) -> str:
-    """The name of a map's phase."""
-    return f"map_{played.shadow_map.name.replace(' ', '_')}"
-
-
 def spread(picture: Picture, values: np.ndarray) -> np.ndarray:
     """Values [n] of the pixels seen as an image float32, NaN elsewhere."""
     image = np.full(picture.seen.shape, np.nan, np.float32)
@@ -127,13 +125,13 @@ def _depth_images(played: list[PlayedMap]) -> dict[str, np.ndarray]:
     for each in played:
         step = -(-max(each.depth.shape) // LARGEST_IMAGE)
         depth = each.depth[::-step, ::step].astype(np.float32) / each.depth.dtype.type((1 << 24) - 1)
-        images[f"{phase_of(each)}: depth, y' upwards"] = np.where(depth < 1, depth, np.nan)
+        images[f"{phase_of(each.shadow_map)}: depth, y' upwards"] = np.where(depth < 1, depth, np.nan)
     return images
 
 
 def _map_checks(played: PlayedMap) -> list[Check]:
     """The pipeline leaves the picture that drawing gives, and moves whole blocks."""
-    name, moved = phase_of(played), played.plain
+    name, moved = phase_of(played.shadow_map), played.plain
     different = int((played.depth != played.drawn.depth).sum())
     counts, flush = played.drawn.counts, 1
     tiles = played.tasks("fine") - flush, counts.tiles

@@ -21,6 +21,7 @@ from archsim.machine.build import PhaseMachine, phase_machine
 from archsim.machine.counters import Counters, added, no_counters
 from archsim.machine.pipeline.build import pipeline_machine
 from archsim.run.counted import play_counted
+from archsim.run.listen import Listen, to_nothing
 from archsim.run.measure import Measure, measured, ratio
 from archsim.run.metrics import equal, phase_checks, phase_statistics
 from archsim.run.progress import Progress, silent
@@ -57,6 +58,14 @@ FIRST = (
     "programmable.slowdown",
 )
 _ENDLESS = 1 << 62  # bytes: two passes need no delay stream, so nothing overflows
+
+
+class Told(NamedTuple):
+    """By which model the phases are played, and who hears of it."""
+
+    model: str
+    progress: Progress
+    listen: Listen
 
 
 class Ran(NamedTuple):
@@ -126,7 +135,9 @@ PROGRAMMABLE = [
 ]
 
 
-def simulate_shadow_volume_kernels(config: RunConfig, progress: Progress = silent) -> Result:
+def simulate_shadow_volume_kernels(
+    config: RunConfig, progress: Progress = silent, listen: Listen = to_nothing
+) -> Result:
     """Run both stages as kernels, check and compare; `config` is a checked RunConfig of this kind."""
     workload = config.workload
     assert isinstance(workload, VolumeKernelsConfig)
@@ -138,10 +149,10 @@ def simulate_shadow_volume_kernels(config: RunConfig, progress: Progress = silen
     stages = prepare_stages(seen, workload.psv_buffers)
     _check_cores(cores, stages)
 
-    ran = _run(stages, cores, config.model, progress)
+    ran = _run(stages, cores, Told(config.model, progress, listen))
     shadow = view.shown & mask(seen.screen, stages.stencil, tile_states(stages.memory, seen.screen))
     expected, drawn = draw(view, BRUTE_FORCE, resources), draw(view, workload.variant, resources)
-    how = Playing(config.model, workload.variant, True, progress)
+    how = Playing(config.model, workload.variant, True, progress, listen)
     fixed, laws = play_on_pipeline(workload.fixed_function, view, drawn.traffic, how)
     checks = [equal_masks(shadow, expected.shadow), *_checks(cores, ran, drawn.traffic), *laws]
     statistics = [*measured("workload", WORKLOAD, view), *measured("traffic", TRAFFIC, drawn.traffic)]
@@ -177,7 +188,7 @@ def _check_cores(cores: PhaseMachine, stages: Stages) -> None:
         )
 
 
-def _run(stages: Stages, cores: PhaseMachine, model: str, progress: Progress) -> Ran:
+def _run(stages: Stages, cores: PhaseMachine, how: Told) -> Ran:
     """Batch after batch: clear, Stage 1, Stage 2, each played when the one before is over."""
     counters = {phase: no_counters(cores.spec) for phase in PHASES}
     drawn = [NOTHING] * len(stages.seen.volumes.z_pass)
@@ -186,21 +197,25 @@ def _run(stages: Stages, cores: PhaseMachine, model: str, progress: Progress) ->
     for number, batch in enumerate(batches):
 
         def told(what: str, done: int, total: int, number: int = number) -> None:
-            progress(what, number * total + done, len(batches) * total)
+            how.progress(what, number * total + done, len(batches) * total)
 
-        _play(ran, CLEAR, clear_work(stages), (cores, model, told))
-        _play(ran, STAGE_1, classify_work(stages, batch), (cores, model, told))
+        _play(ran, CLEAR, clear_work(stages), (cores, how._replace(progress=told)))
+        _play(ran, STAGE_1, classify_work(stages, batch), (cores, how._replace(progress=told)))
         classified = differences_of_stage_1(units, stages, batch)
-        _play(ran, STAGE_2, update_work(stages, batch, drawn), (cores, model, told))
+        _play(ran, STAGE_2, update_work(stages, batch, drawn), (cores, how._replace(progress=told)))
         updated = differences_of_stage_2(units, stages, batch, drawn)
         ran = ran._replace(differences=together(ran.differences, together(classified, updated)))
     return ran
 
 
-def _play(ran: Ran, phase: str, work: Work, how: tuple[PhaseMachine, str, Progress]) -> None:
+def _play(ran: Ran, phase: str, work: Work, how: tuple[PhaseMachine, Told]) -> None:
     """Add one batch of a phase to `ran`."""
-    cores, model, progress = how
-    counters, executed = play_counted(cores, work, model, lambda done, total: progress(phase, done, total))
+    cores, told = how
+
+    def report(done: int, total: int) -> None:
+        told.progress(phase, done, total)
+
+    counters, executed = play_counted(cores, work, told.model, report, told.listen(phase, cores))
     ran.counters[phase] = added(ran.counters[phase], counters)
     ran.executed[phase] += executed
 

@@ -14,6 +14,7 @@ from archsim.machine.pipeline.build import PipelineMachine, pipeline_machine
 from archsim.machine.pipeline.counters import PipelineCounters
 from archsim.machine.pipeline.play import play
 from archsim.raster.eye_view import eye_view
+from archsim.run.listen import Listen, to_nothing
 from archsim.run.measure import measured
 from archsim.run.pipeline_metrics import pipeline_checks, pipeline_statistics
 from archsim.run.progress import Progress, silent
@@ -38,9 +39,12 @@ class Playing(NamedTuple):
     variant: str
     twice: bool  # each volume submitted twice
     progress: Progress
+    listen: Listen = to_nothing
 
 
-def simulate_shadow_volumes(config: RunConfig, progress: Progress = silent) -> Result:
+def simulate_shadow_volumes(
+    config: RunConfig, progress: Progress = silent, listen: Listen = to_nothing
+) -> Result:
     """Draw and play the volumes of one light; `config` is a checked RunConfig of this kind."""
     workload = config.workload
     assert isinstance(workload, ShadowVolumesConfig)
@@ -49,7 +53,7 @@ def simulate_shadow_volumes(config: RunConfig, progress: Progress = silent) -> R
     view = prepare_light(scene, workload.light, method)
 
     expected, drawn = draw(view, BRUTE_FORCE, resources), draw(view, workload.variant, resources)
-    how = Playing(config.model, workload.variant, workload.submission == "twice", progress)
+    how = Playing(config.model, workload.variant, workload.submission == "twice", progress, listen)
     statistics, laws = play_on_pipeline(config.machine, view, drawn.traffic, how)
     checks = [equal_masks(drawn.shadow, expected.shadow), *laws]
     statistics = [
@@ -76,7 +80,11 @@ def play_on_pipeline(
     machine, resources = pipeline_machine(config), resources_of(config)
     _check_memory(config, machine, view, resources)
     work = pipeline_work(view, how.variant, resources, how.twice)
-    counters = play(how.model, machine, work, lambda done: how.progress(PHASE, done, max(done, 1)))
+
+    def told(done: int) -> None:
+        how.progress(PHASE, done, max(done, 1))
+
+    counters = play(how.model, machine, work, told, how.listen(PHASE, machine))
     checks = [*_traffic_checks(counters, traffic, how.twice), *pipeline_checks(PHASE, machine, counters)]
     return pipeline_statistics(PHASE, machine, counters), checks
 

@@ -23,6 +23,7 @@ from archsim.lograster.z_cache import ZCacheSpec, ZState, cache_and_codec, plain
 from archsim.machine.pipeline.build import PipelineMachine, pipeline_machine
 from archsim.machine.pipeline.counters import PipelineCounters
 from archsim.machine.pipeline.play import play
+from archsim.run.listen import Listen, to_nothing
 from archsim.run.progress import Progress, silent
 from archsim.scene.mesh import Mesh
 from archsim.shadowmap.fit import ShadowMap
@@ -131,6 +132,11 @@ def targets_of(
     return targets
 
 
+def phase_of(shadow_map: ShadowMap) -> str:
+    """The name of a map's phase."""
+    return f"map_{shadow_map.name.replace(' ', '_')}"
+
+
 def play_maps(
     model: str,
     hardware: Hardware,
@@ -138,14 +144,16 @@ def play_maps(
     maps: Sequence[ShadowMap],
     targets: Sequence[Target],
     progress: Progress = silent,
+    listen: Listen = to_nothing,
 ) -> list[PlayedMap]:
-    """Draw a mesh into each map on the hardware."""
+    """Draw a mesh into each map on the hardware; who listens hears of each as a phase."""
     played = []
     for number, (shadow_map, target) in enumerate(zip(maps, targets, strict=True)):
         progress("shadow maps", number, len(maps))
         vertices = map_vertices(mesh, shadow_map)
         work, state = tile_work(vertices, mesh.triangles, target)
-        counters = play(model, hardware.machine, work)
+        machine = hardware.machine
+        counters = play(model, machine, work, None, listen(phase_of(shadow_map), machine))
         drawn = draw(vertices, mesh.triangles, target.grid, target.offset)
         rows, columns = drawn.depth.shape
         depth = state.depth[:rows, :columns]

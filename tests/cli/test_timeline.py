@@ -29,10 +29,53 @@ def test_a_trace_and_a_waterfall_are_left(tmp_path):
     assert "<svg" in (tmp_path / "timeline.svg").read_text()
 
 
+def test_cycles_of_every_phase_are_recorded(tmp_path):
+    out = archsim_("tiny", "--set", "scene.resolution=[16, 12]", "--cycles", "100:200").stdout
+
+    assert [line.split()[2] for line in out.splitlines()] == [
+        f"timeline-{phase}.json" for phase in ("izb_clear", "izb_build", "izb_raster")
+    ]
+
+
+HSV = ["hsv_knights_hierarchical", "--set", "scene.resolution=[32, 32]"]
+
+
+def test_a_pipeline_has_a_timeline_of_its_units(tmp_path):
+    out = archsim_(*HSV, "--cycles", "300", "--waterfall", "100").stdout
+
+    lines = out.splitlines()
+    assert lines[0] == "cycles 0 to 99"
+    assert any(line.startswith("geometry") for line in lines)
+    events = json.loads((tmp_path / "timeline.json").read_text())["traceEvents"]
+    names = {event["args"]["name"] for event in events if event["ph"] == "M"}
+    assert {"geometry", "psv_cache (cache 0)"} & names
+    assert {"busy", "no work"} & {event["name"] for event in events if event["ph"] == "X"}
+    assert "<svg" in (tmp_path / "timeline.svg").read_text()
+
+
+def test_a_run_leaves_its_timelines_and_is_the_same_run(tmp_path):
+    small = ["run", "tiny", "--set", "scene.resolution=[16, 12]", "--json"]
+    plain, recorded = (
+        CliRunner().invoke(app, [*small, "--out", name, *more])
+        for name, more in (("a", []), ("b", ["--timeline", "50:150"]))
+    )
+
+    assert plain.stdout == recorded.stdout
+    for phase in ("izb_clear", "izb_build", "izb_raster"):
+        assert json.loads((tmp_path / "b" / f"timeline-{phase}.json").read_text())["traceEvents"]
+        assert (tmp_path / "b" / f"waterfall-{phase}.txt").read_text().startswith("cycles 50 to 149\n")
+        assert "<svg" in (tmp_path / "b" / f"waterfall-{phase}.svg").read_text()
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
         (["--phase", "izb_rastr"], "did you mean 'izb_raster'"),
+        (
+            ["--cycles", "9", "--phase", "izb_rastr"],
+            "no phase is named 'izb_rastr'; did you mean 'izb_raster'",
+        ),
+        (["--cycles", "9", "--tasks", "9"], "one of them"),
         (["--tasks", "5:2"], "a range is written FIRST:LAST"),
         (["--tasks", "99999:100000"], "none of them from 99999 on"),
     ],

@@ -3,7 +3,7 @@
 from archsim.config import load_run
 from archsim.machine import reference
 from archsim.machine.build import phase_machine
-from archsim.machine.timeline import COMPUTE, Span, record
+from archsim.machine.timeline import COMPUTE, Recorder, Span, Window, record
 from archsim.report.waterfall import waterfall
 from archsim.run.izb_work import record as record_work
 from archsim.run.izb_work import replay
@@ -20,7 +20,7 @@ def test_two_cores_at_one_lock_by_hand():
     assert (5, 1, COMPUTE) in slots
     assert found.waits == {(0, 0): [], (1, 0): [Span(1, 5, "lock")]}
     assert found.tasks == {(0, 0): [Span(0, 5, "task 0")], (1, 0): [Span(0, 7, "task 0")]}
-    assert waterfall(found, 0, 8).splitlines()[1:3] == [
+    assert waterfall(found, Window(0, 8)).splitlines()[1:3] == [
         "core 0 thread  0 |KcccU   |",
         "core 1 thread  0 |KkkkkcU |",
     ]
@@ -36,14 +36,25 @@ def tiny(phase):
 def test_recording_changes_nothing_and_agrees_with_the_counters():
     for phase in ("izb_build", "izb_raster"):
         spec, fresh = tiny(phase)
-        counters = reference.simulate(spec, fresh())
+        counters, recorder = reference.simulate(spec, fresh()), Recorder(spec)
+        recorded = reference.simulate(spec, fresh(), observe=recorder.attach)
+        found = recorder.timeline()
 
-        found = record(spec, fresh())
-
-        assert not difference(found.counters, counters)
+        assert not difference(recorded, counters)
         assert len(found.slots) == counters.useful.sum()
         assert sum(len(spans) for spans in found.tasks.values()) == counters.tasks.sum()
         assert len(found.accesses) == counters.cache_reads.sum() + counters.cache_writes.sum()
         assert sum(command.command == "ACT" for command in found.commands) == counters.dram_activates.sum()
         requests = sum(command.command in ("RD", "WR") for command in found.commands)
         assert requests == counters.dram_reads.sum() + counters.dram_writes.sum()
+
+
+def test_a_window_is_cut_out_of_the_whole():
+    spec, fresh = tiny("izb_build")
+    window = Window(300, 900)
+    whole, part = record(spec, fresh()), record(spec, fresh(), window)
+
+    assert waterfall(part, window) == waterfall(whole, window)
+    assert part.slots == [slot for slot in whole.slots if 300 <= slot.tick < 900]
+    assert part.commands == [command for command in whole.commands if 300 <= command.tick < 900]
+    assert 0 < len(part.accesses) < len(whole.accesses)

@@ -3,8 +3,8 @@
 import json
 from collections import Counter, defaultdict
 
-from archsim.machine.timeline import record
-from archsim.report.perfetto import perfetto
+from archsim.machine.timeline import Window, record
+from archsim.report.perfetto import Labels, perfetto
 from archsim.report.waterfall import waterfall_figure
 from tests.machine.test_timeline import tiny
 from tests.report.pages import check_self_contained
@@ -12,7 +12,7 @@ from tests.report.pages import check_self_contained
 
 def events():
     spec, fresh = tiny("izb_build")
-    return json.loads(perfetto(record(spec, fresh()), ["l1", "l2"], 10**9))["traceEvents"]
+    return json.loads(perfetto(record(spec, fresh()), Labels(["l1", "l2"], 10**9)))["traceEvents"]
 
 
 def test_slices_of_a_track_nest():
@@ -54,6 +54,6 @@ def test_all_tracks_have_names_and_times_are_microseconds():
 def test_the_waterfall_is_a_figure():
     spec, fresh = tiny("izb_build")
 
-    page = check_self_contained(waterfall_figure(record(spec, fresh()), 0, 60))
+    page = check_self_contained(waterfall_figure(record(spec, fresh()), Window(0, 60)))
 
     assert "waits for the DRAM" in page.text

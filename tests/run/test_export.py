@@ -6,7 +6,8 @@ import pytest
 from archsim.config import load_run
 from archsim.errors import ArchsimError
 from archsim.machine.build import group_machine
-from archsim.run.export import PHASES, export
+from archsim.run.export import export
+from archsim.run.izb_statistics import BUILD, CLEAR, RASTER
 from archsim.run.progress import silent
 from archsim.run.replay_timed import Play, replay_with_time
 
@@ -34,7 +35,7 @@ def test_a_cache_is_asked_as_often_as_it_counts(level, cache):
 
 def test_the_dram_is_asked_as_often_as_it_counts_and_phases_follow_each_other():
     result, accesses = exported("dram")
-    requests = [result.value(f"{phase}.dram.requests") for phase in PHASES]
+    requests = [result.value(f"{phase}.dram.requests") for phase in (CLEAR, BUILD, RASTER)]
 
     assert len(accesses) == sum(requests)
     assert (np.diff(accesses["cycle"]) >= 0).all()
@@ -66,3 +67,16 @@ def test_what_cannot_be_exported_is_named():
         exported("l7")
     with pytest.raises(ArchsimError, match="no phase is named 'izb_rastr'; did you mean 'izb_raster'"):
         exported("l1", "izb_rastr")
+
+
+def test_the_requests_of_a_pipeline():
+    """Units and delay streams ask the DRAM beside the caches."""
+    config = load_run("runs/hsv_knights_hierarchical.yaml", ["scene.resolution=[32, 24]"])
+    result, accesses = exported("dram", None, config)
+    _, cached = exported("psv_cache", "shadow_volumes", config)
+
+    assert len(accesses) == result.value("shadow_volumes.dram.requests")
+    assert len(cached) == result.value("shadow_volumes.psv_cache.accesses")
+    assert (np.diff(accesses["cycle"]) >= 0).all()
+    with pytest.raises(ArchsimError, match="no cache 'psv_cash'; did you mean 'psv_cache'"):
+        exported("psv_cash", None, config)

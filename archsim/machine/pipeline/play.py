@@ -6,11 +6,10 @@ from collections.abc import Callable
 from importlib import import_module
 
 from archsim.errors import did_you_mean, fail
+from archsim.machine.heard import NOTHING, Heard
 from archsim.machine.pipeline.build import PipelineMachine
 from archsim.machine.pipeline.counters import PipelineCounters
-from archsim.machine.play import MODELS
-from archsim.machine.watch import Watch
-from archsim.model.dram.commands import CommandSink
+from archsim.machine.play import MODELS, asked_of
 from archsim.trace.stream import PipelineWork
 
 
@@ -19,13 +18,12 @@ def play(
     machine: PipelineMachine,
     work: PipelineWork,
     progress: Callable[[int], None] | None = None,
-    sink: CommandSink | None = None,
-    watch: Watch | None = None,
+    heard: Heard = NOTHING,
     flush: bool = False,
 ) -> PipelineCounters:
     """Counters of the work on the machine; `progress` is called with the tasks ended now and then.
 
-    The DRAM's commands go to `sink`; with `flush` dirty lines are written back at the end.
+    With `flush` dirty lines are written back at the end.
     ArchsimError if the work is for other units than the machine has. Loads only the model asked for: each brings a
     heavy library.
     """
@@ -33,7 +31,9 @@ def play(
         raise ValueError(f"no model named {model!r}")
     _check_units(machine, work)
     module = import_module(f"archsim.machine.pipeline.{model}")
-    counters: PipelineCounters = module.simulate(machine.spec, work, progress, sink, watch=watch, flush=flush)
+    counters: PipelineCounters = module.simulate(
+        machine.spec, work, progress, **asked_of(model, heard), flush=flush
+    )
     return counters
 
 

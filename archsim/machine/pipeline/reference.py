@@ -38,12 +38,14 @@ def simulate(
     work: PipelineWork,
     progress: Progress | None = None,
     sink: CommandSink | None = None,
+    observe: Callable[[Machine], None] | None = None,
     watch: Watch | None = None,
     flush: bool = False,
 ) -> PipelineCounters:
     """Play `work` on the machine `spec` and return its counters. The whole work is held in memory.
 
-    The DRAM's commands go to `sink`. With `flush` all dirty lines are written back at the end.
+    The DRAM's commands go to `sink`; `observe` is shown the machine before anything happens. With `flush` all dirty
+    lines are written back at the end.
     Raises ArchsimError for work that the machine cannot do, DeadlockError when it gets stuck.
     """
     channel_ends(spec)
@@ -51,6 +53,8 @@ def simulate(
     commands: list[tuple[int, ...]] = []
     if sink is not None:
         machine.dram.record(commands)
+    if observe is not None:
+        observe(machine)
     seen = machine.tap(watch.places) if watch is not None else []
     if not all(unit.is_done() for unit in machine.units):
         machine.env.run(until=machine.env.process(machine.watch(progress, flush)))
@@ -65,7 +69,7 @@ def simulate(
         counters.pool_acquired - counters.pool_released,
     )
     error = unbalanced(spec, work.units, left.tolist(), held.tolist())
-    if error is not None:
+    if error is not None and machine.is_over:
         raise error
     return counters
 
@@ -87,7 +91,8 @@ class Machine:
     def __init__(self, spec: PipelineSpec, names: tuple[str, ...], records: list[list[Any]]):
         self.spec, self.names = spec, names
         self.env = env = simpy.Environment()
-        self.drained_cycle = 0  # when the run was over
+        self.is_over = False  # not if an observer ended it
+        self.drained_cycle = 0  # when it was over
         self.dram = Dram(spec.dram, env, len(spec.caches), spec.period_ticks)
         num_units, num_streams = len(spec.units), len(spec.delay_streams)
         self.caches = make_caches(spec.caches, env, num_units + num_streams, spec.period_ticks, self.dram)
@@ -157,6 +162,7 @@ class Machine:
             is_quiet = self.dram.is_quiet() and all(cache.is_quiet() for cache in self.caches)
             is_done = all(unit.is_done() for unit in self.units)
             if is_quiet and is_done and is_drained(self, tick, unflushed):
+                self.is_over = True
                 self.drained_cycle = -(-tick // self.spec.period_ticks)
                 return
             if is_quiet and not is_done and tick % self.spec.period_ticks == 0:
