@@ -98,6 +98,9 @@ class VolumesConfig(Section):
     counting: Literal["z_fail", "adaptive"] = "z_fail"  # adaptive: Z-pass for volumes off the near plane
     range: Annotated[float, Field(gt=0)] | None = None  # distance at which volumes end; null: at infinity
     tile: Literal[4, 8, 16] = 8  # pixels along a side
+    # whose volumes are submitted first: as the mesh has its objects, the other way round, those of casters near the
+    # light, those of large casters
+    order: Literal["scene", "reverse", "near_light", "large"] = "scene"
 
     def light_findings(self, num_lights: int) -> list[Finding]:
         """What is wrong with the light that is asked for."""

@@ -24,6 +24,7 @@ from archsim.scene.scene import Scene, digest, load_scene
 from archsim.shadow_volumes.casters import Grouping
 from archsim.shadow_volumes.comparison import BRUTE_FORCE, Method, Traffic, View, draw, prepare
 from archsim.shadow_volumes.hierarchical import Resources
+from archsim.shadow_volumes.order import Order
 from archsim.shadow_volumes.psv_cache import CacheShape
 from archsim.shadow_volumes.volumes import Counting, Extrusion
 from archsim.shadow_volumes.work import UNITS, needed_bytes, pipeline_work
@@ -104,7 +105,8 @@ def prepare_light(scene: Scene, light: int, method: Method) -> View:
 def method_of(config: VolumesConfig, resources: Resources) -> Method:
     """The algorithm's choices in a checked section."""
     grouping, counting = Grouping[config.casters.upper()], Counting[config.counting.upper()]
-    return Method(Extrusion(grouping, counting, config.range), config.tile, resources)
+    extrusion = Extrusion(grouping, counting, config.range, Order[config.order.upper()])
+    return Method(extrusion, config.tile, resources)
 
 
 def resources_of(machine: MachineConfig) -> Resources:

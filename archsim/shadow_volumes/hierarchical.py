@@ -137,7 +137,7 @@ def update(volume, triangles, early, seen, space, memory, logs=None):
             stencil_pixels += pixels
             depth_tiles += tiles
         if logs is not None:
-            end_update(logs, index + 1 == volumes.starts[volume + 1])
+            end_update(logs, memory[0][1], buffer, index + 1 == volumes.starts[volume + 1])
     return stencil_pixels, depth_tiles
 
 

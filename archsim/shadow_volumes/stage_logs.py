@@ -75,11 +75,7 @@ def begin_triangle(log, cache, buffer, is_first):
     if not is_first:
         return
     put(log.records, ACQUIRE, 0, 0)
-    size = cache.lines_per_buffer * cache.entries_per_line * ENTRY_BYTES
-    address, end = log.layout.psv + buffer * size, log.layout.psv + (buffer + 1) * size
-    while address < end:
-        put(log.records, CLEAR, address, min(MOST_BYTES, end - address))
-        address += MOST_BYTES
+    _clear(log.records, log.layout, cache, buffer)
 
 
 @compiled
@@ -128,9 +124,10 @@ def look_up(logs, buffers, buffer, tiles, place, screen):
 
 
 @compiled
-def end_update(logs, is_last):
-    """Stage 2 is done with a triangle; with the last of a volume the PSV buffer is free."""
+def end_update(logs, cache, buffer, is_last):
+    """Stage 2 is done with a triangle; with the last of a volume the PSV buffer is free, and none of it is kept."""
     if is_last:
+        _clear(logs.records, logs.drawing.layout, cache, buffer)
         put(logs.records, RELEASE, 0, 0)
     end_task(logs.records)
 
@@ -151,6 +148,16 @@ def drawn(drawing, channel, tile, updated, fetched):
         put(drawing.stencil, STORE, address, updated)
         end_task(drawing.stencil)
     end_task(drawing.depth)
+
+
+@compiled
+def _clear(records, layout, cache, buffer):
+    """The cache forgets what it holds of a PSV buffer and sets its clear bits."""
+    size = cache.lines_per_buffer * cache.entries_per_line * ENTRY_BYTES
+    address, end = layout.psv + buffer * size, layout.psv + (buffer + 1) * size
+    while address < end:
+        put(records, CLEAR, address, min(MOST_BYTES, end - address))
+        address += MOST_BYTES
 
 
 @compiled

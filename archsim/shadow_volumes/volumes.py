@@ -14,6 +14,7 @@ import numpy as np
 from archsim.scene.camera import Camera, camera_axes, to_view_space, view_window
 from archsim.scene.scene import Scene
 from archsim.shadow_volumes.casters import Casters, Grouping, find_casters
+from archsim.shadow_volumes.order import Order, picked, ranks
 from archsim.shadow_volumes.silhouette import light_cap, silhouette
 
 
@@ -30,6 +31,7 @@ class Extrusion(NamedTuple):
     grouping: Grouping
     counting: Counting
     range: float | None  # distance from the light at which volumes end, in world units; None: at infinity
+    order: Order = Order.SCENE
 
 
 class Volumes(NamedTuple):
@@ -51,7 +53,9 @@ def shadow_volumes(scene: Scene, light: np.ndarray, extrusion: Extrusion) -> Vol
         z_pass = clear_of_near_plane(box, scene, light)
 
     points, triangles, starts = extruded(casters, light, z_pass, extrusion.range)
-    return Volumes(points, triangles, starts, z_pass, box)
+    chosen = ranks(extrusion.order, box, light)
+    rows, starts = picked(starts, chosen)
+    return Volumes(points, triangles[rows], starts, z_pass[chosen], box[chosen])
 
 
 def extruded(

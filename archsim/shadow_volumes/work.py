@@ -96,9 +96,10 @@ def _hierarchical(
     space, memory = new_space(screen), new_memory(screen, resources)
     for steps, num_tiles in _chunks(seen, (1, 2)):
         triangles = sum(step.end - step.first for step in steps)
+        clears = _clears(steps, memory)
         logs = [
-            new_log(5 * triangles + 2 * num_tiles + _clears(steps, memory), triangles),
-            new_log(4 * triangles + 3 * num_tiles, triangles),
+            new_log(5 * triangles + 2 * num_tiles + clears, triangles),
+            new_log(4 * triangles + 3 * num_tiles + clears, triangles),
         ]
         drawing = _new_drawing(num_tiles, layout)
         stages = (Stage1Log(logs[0], sizes, layout, two_passes), Stage2Logs(logs[1], drawing, two_passes))

@@ -13,11 +13,11 @@ from pathlib import Path
 
 import numpy as np
 
-from archsim.config import WalkthroughConfig, load_walkthrough
+from archsim.config import load_walkthrough
 from archsim.raster.eye_view import eye_view
 from archsim.run.shadow_volumes import method_of
 from archsim.run.walkthrough import resources_of, scene_at
-from archsim.scene.scene import Scene, load_scene
+from archsim.scene.scene import load_scene
 from archsim.shadow_volumes.comparison import COMBINED, DEPTH_BOUNDS, HIERARCHICAL, Traffic, draw, prepare
 
 HERE = Path(__file__).resolve().parent
@@ -49,31 +49,21 @@ def lines(row: str) -> Iterator[Line]:
     for tile in (4, 16):
         yield (f"tiles of {tile} x {tile}", *_drawn(row, [f"shadow_volumes.tile={tile}"]))
     yield ("2048 x 1536 pixels", *_drawn(row, ["scene.resolution=[2048,1536]"]))
-    yield ("volumes in reverse order", *_drawn(row, order=-1))
+    for order in ("reverse", "near_light", "large"):
+        yield (f"volumes in order: {order}", *_drawn(row, [f"shadow_volumes.order={order}"]))
 
 
 def _drawn(
-    row: str, overrides: list[str] | None = None, variant: str = HIERARCHICAL, order: int = 1
+    row: str, overrides: list[str] | None = None, variant: str = HIERARCHICAL
 ) -> tuple[Traffic, Traffic]:
     """(hierarchical, depth bounds) of the middle of a walkthrough."""
     config = load_walkthrough(HERE / f"{row}.yaml", overrides or [])
-    scene = _ordered(_middle(config), order)
+    scene = load_scene(scene_at(config, 0.5))
     method = method_of(config.shadow_volumes, resources_of(config.shadow_volumes))
     seen = eye_view(scene.mesh, scene.camera, scene.width, scene.height)
     light = np.asarray(scene.lights[config.shadow_volumes.light].position, np.float64)
     view = prepare(scene, light, seen, method)
     return tuple(draw(view, name, method.resources).traffic for name in (variant, DEPTH_BOUNDS))
-
-
-def _middle(config: WalkthroughConfig) -> Scene:
-    return load_scene(scene_at(config, 0.5))
-
-
-def _ordered(scene: Scene, order: int) -> Scene:
-    """The scene with its triangles, and so its objects, in order 1 or reversed, -1."""
-    mesh = scene.mesh
-    objects = None if mesh.objects is None else mesh.objects[::order]
-    return scene._replace(mesh=mesh._replace(triangles=mesh.triangles[::order].copy(), objects=objects))
 
 
 if __name__ == "__main__":
