@@ -52,7 +52,7 @@ def simulate_shadow_maps(
 
     picture = take_picture(scene.mesh, scene.camera, fitted.view, scene.width, scene.height)
     shadow = shadow_image(fitted.maps, [each.depth for each in played], fitted.view, picture)
-    expected = traced(scene, fitted, picture) if workload.compare == "ray_traced" else None
+    expected = traced(scene, fitted.view, fitted.light, picture) if workload.compare == "ray_traced" else None
     errors = aliasing(fitted.maps, fitted.sizes, fitted.view, picture)
 
     machine = hardware.machine
@@ -103,9 +103,8 @@ def fit_maps(scene: Scene, workload: ShadowMapsConfig) -> Fitted:
     return Fitted(view, light, maps, sizes)
 
 
-def traced(scene: Scene, fitted: Fitted, picture: Picture) -> np.ndarray:
-    """Shadows traced ray by ray; bool [height, width], False beyond the view."""
-    light, view = fitted.light, fitted.view
+def traced(scene: Scene, view: View, light: np.ndarray, picture: Picture) -> np.ndarray:
+    """Shadows of a light float64 [4] traced ray by ray; bool [height, width], False beyond the view."""
     place = light[:3] if light[3] else view.eye + FAR_AWAY * view.far * light[:3]
     lit = scene._replace(lights=(Light(place, None),))
     seen = eye_view(scene.mesh, scene.camera, scene.width, scene.height)

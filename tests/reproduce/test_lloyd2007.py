@@ -9,9 +9,17 @@ from archsim.codec.codec import Codec, make_codec, tile_bits
 from archsim.lograster.depth_buffer import DrawCounts
 from archsim.lograster.work import COARSE, FINE
 from archsim.reproduce.cells import EXACT, NOT_PRINTED
-from archsim.reproduce.lloyd2007 import aliasing, tables
-from archsim.reproduce.lloyd2007.compression import CODECS, MAPS, READINGS, RESOLUTIONS, Buffers
+from archsim.reproduce.lloyd2007 import aliasing, equal_error, tables
+from archsim.reproduce.lloyd2007.compression import (
+    ALL_CODECS,
+    LARGE_CODECS,
+    MAPS,
+    READINGS,
+    RESOLUTIONS,
+    Buffers,
+)
 from archsim.reproduce.lloyd2007.designs import hardware_with
+from archsim.reproduce.lloyd2007.equal_error import Equal, Errors
 from archsim.reproduce.lloyd2007.pictures import compression_figure, error_figure
 from archsim.reproduce.lloyd2007.pipeline import Played
 from archsim.reproduce.lloyd2007.views import SCENES, load_walk
@@ -23,7 +31,7 @@ PRINTED = yaml.safe_load((resources.experiment("lloyd2007") / "printed.yaml").re
 COUNTS = DrawCounts(1000, 0, 0, 0, 0, 0, 5, 0.4, 0.3)
 MEASURED = {
     scene: {
-        (kind, size): Buffers(10, dict.fromkeys(CODECS, 1280), COUNTS)
+        (kind, size): Buffers(dict.fromkeys(ALL_CODECS, 3840), dict.fromkeys(ALL_CODECS, 1280), COUNTS)
         for kind in MAPS
         for size in RESOLUTIONS
     }
@@ -51,14 +59,16 @@ def test_offset_cells_by_hand():
 
     assert cells["robots", "triangles_with_switch"] == pytest.approx(0.5)
     assert cells["robots", "mean_of_greatest_difference"] == pytest.approx(0.08)
+    assert cells["robots", "mean_over_all_triangles"] == pytest.approx(0.0004)
     assert 0.95 < cells["town", "greatest_difference_possible"] < 1
 
 
 def test_compression_cells_hold_every_codec_scene_and_resolution():
     cells = tables.compression_cells(MEASURED)
 
-    assert len(cells) == len(SCENES) * len(MAPS) * len(RESOLUTIONS) * len(CODECS)
+    assert len(cells) == len(SCENES) * len(MAPS) * len(RESOLUTIONS) * len(ALL_CODECS)
     assert {cell.ours for cell in cells} == {3.0}  # 10 tiles of 384 bits in 1280
+    assert {cell.column for cell in cells if cell.table == 11} == set(LARGE_CODECS)
     assert {cell.column for cell in cells if cell.table == 6} == set(READINGS)
 
 
@@ -71,12 +81,13 @@ def test_storage_cells_have_the_papers_powers():
 
 
 def test_pipeline_cells_by_hand():
-    played = Played(3, 512 * 512, 9.0, 2000, 1000, 4096, 2048, [])
-    cells = {cell.column: cell.ours for cell in tables.pipeline_cells({"logpsm, lloyd": played})}
+    played = Played(Errors(9.0, 0.01), 3, 512 * 512, 2000, 1000, 4096, 2048, 12288, [])
+    cells = {cell.column: cell.ours for cell in tables.pipeline_cells({"m: logpsm, lloyd": played})}
 
     assert cells["storage"] == 768
     assert cells["tiles a cycle"] == 0.5
     assert (cells["read"], cells["written"]) == (4, 2)
+    assert (cells["plain"], cells["compression"], cells["wrong pixels"]) == (12, 2, 1)
 
 
 def test_colours_of_errors():
@@ -136,3 +147,36 @@ def test_an_evaluator_s_time_reaches_the_machine(design, interval, latency, read
 
 def test_tables_that_were_never_printed_say_so():
     assert {cell.kind for cell in tables.evaluator_cells() + tables.bits_cells()} == {NOT_PRINTED}
+
+
+@pytest.mark.parametrize(("power", "goal"), [(-0.5, 0.25), (-0.3, 0.1), (-1.0, 4.0)])
+def test_texels_are_found_that_bring_an_error_to_a_goal(power, goal):
+    """An error of texels^power that is 1 at the texels that the search begins with."""
+
+    def attempt(_family, texels):
+        return Equal(texels, Errors((texels / equal_error.TEXELS) ** power, 0.0), [])
+
+    found = equal_error._equalled("any", attempt, "m", goal)
+
+    assert found.errors.m == pytest.approx(goal, rel=equal_error.CLOSE)
+    assert found.texels == pytest.approx(equal_error.TEXELS * goal ** (1 / power), rel=0.1)
+
+
+def test_the_scheme_s_statements_by_hand():
+    bits = dict.fromkeys(ALL_CODECS, 1000) | {"lloyd": 500}
+    worse = dict.fromkeys(ALL_CODECS, 2000) | {"lloyd": 800}
+    plain = dict.fromkeys(ALL_CODECS, 2400)
+    measured = {
+        scene: {
+            (kind, size): Buffers(plain, bits if kind == "linear" else worse, COUNTS)
+            for kind in MAPS
+            for size in RESOLUTIONS
+        }
+        for scene in SCENES
+    }
+    cells = {cell.column: cell.ours for cell in tables.statement_cells(measured) if cell.row == "512"}
+
+    assert cells["linear: over the best other"] == cells["linear: over the mean other"] == 2
+    assert cells["logarithmic: best other"] == 1.2
+    assert cells["logarithmic: own"] == 3
+    assert cells["logarithmic over linear: own"] == pytest.approx(0.625)

@@ -6,11 +6,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from archsim.errors import ArchsimError
+from archsim.shadowmap import faces as shadowmap_faces
 from archsim.shadowmap.error import owner, places, serves
 from archsim.shadowmap.faces import faces
 from archsim.shadowmap.families import CASCADES, FAMILIES, make_maps
 from archsim.shadowmap.fit import with_one
-from archsim.shadowmap.view import depth_of, directional_light, make_view, volume_samples
+from archsim.shadowmap.view import at_depth, depth_of, directional_light, make_view, volume_samples
 
 from .views import ALONG_Y, DIRECTIONS, OVERHEAD, POINTS_INSIDE, view_of
 
@@ -104,6 +105,25 @@ POINTS_ANYWHERE = st.tuples(*[st.floats(-30, 30)] * 3).map(lambda p: np.array([*
 @given(st.sampled_from(["standard", "lispsm", "csm_lispsm"]), POINTS_ANYWHERE)
 def test_families_without_faces_serve_lights_wherever_they_are(family, light):
     check_service(family, light)
+
+
+@pytest.mark.parametrize(("widest", "sun", "lamp"), [(180.1, 3.0, 6.0), (90.0, 3.3, 9.7), (52.0, 4.0, 9.9)])
+def test_no_angle_of_splitting_gives_both_of_the_papers_mean_numbers_of_maps(monkeypatch, widest, sun, lamp):
+    """[Lloyd07] sec. 3.2 has about 4 maps for directional lights and 6 for point lights in the view: six is one a
+    face, none split; four takes faces that are split from 52 degrees on.
+    """
+    monkeypatch.setattr(shadowmap_faces, "WIDEST_DEGREES", widest)
+    random = np.random.default_rng(0)
+    view = view_of(1000)
+    suns = [directional_light(random.normal(size=3)) for _ in range(150)]
+    depths = 1000 ** random.uniform(0.1, 0.9, 60)
+    lamps = [
+        np.array([*at_depth(view, *random.uniform(-0.9, 0.9, 2), np.array(depth)), 1.0]) for depth in depths
+    ]
+
+    means = [np.mean([len(make_maps("logpsm", view, light)) for light in lights]) for lights in (suns, lamps)]
+
+    assert means == pytest.approx([sun, lamp], abs=0.25)
 
 
 def test_a_light_inside_the_view_takes_a_cube_and_many_more_cascades():

@@ -11,10 +11,10 @@ import numpy as np
 from archsim.codec.codec import DEPTH_BITS, Codec, CodecSpec, make_codec, tile_bits
 from archsim.codec.lloyd import FirstRow, LastDelta
 from archsim.lograster.depth_buffer import DrawCounts
-from archsim.lograster.grid import TILE
 from archsim.lograster.offset import OffsetSpec, Switch
 from archsim.reproduce.lloyd2007.views import load_walk
 from archsim.run.progress import Progress
+from archsim.run.tile_pipeline import touched_blocks
 from archsim.shadowmap.families import make_maps
 from archsim.shadowmap.render import render
 
@@ -44,16 +44,31 @@ CODECS: dict[str, CodecSpec] = {
 }
 
 
+LARGE = 8  # samples along a side of the other tiles that are measured
+LARGE_CODECS: dict[str, CodecSpec] = {
+    f"{name} {LARGE}x{LARGE}": make_codec(codec, LARGE)
+    for name, codec in (
+        ("ddpcm", Codec.DDPCM),
+        ("ddpcm 2", Codec.DDPCM_TWO_PLANES),
+        ("plane", Codec.PLANE),
+        ("hasselgren", Codec.HASSELGREN),
+        ("hasselgren 2", Codec.HASSELGREN_TWO_PLANES),
+        ("depth offset", Codec.DEPTH_OFFSET),
+    )
+}
+ALL_CODECS = {**CODECS, **LARGE_CODECS}
+
+
 class Buffers(NamedTuple):
     """All maps of a walk at one resolution and rasterization."""
 
-    tiles: int  # touched
+    plain: dict[str, int]  # codec -> bits of the touched tiles as they are
     bits: dict[str, int]  # codec -> bits that memory holds
     counts: DrawCounts
 
     def ratio(self, codec: str) -> float:
         """Plain bits over those held."""
-        return self.tiles * DEPTH_BITS * TILE * TILE / max(self.bits[codec], 1)
+        return self.plain[codec] / max(self.bits[codec], 1)
 
 
 def measure(scene: str, progress: Progress) -> dict[tuple[str, int], Buffers]:
@@ -63,19 +78,20 @@ def measure(scene: str, progress: Progress) -> dict[tuple[str, int], Buffers]:
     measured = {}
     for done, (rasterization, size) in enumerate(jobs):
         progress(f"{scene}: depth buffers", done, len(jobs))
-        tiles, bits, counts = 0, dict.fromkeys(CODECS, 0), np.zeros(len(DrawCounts._fields))
-        most = 0.0
+        plain, bits = dict.fromkeys(ALL_CODECS, 0), dict.fromkeys(ALL_CODECS, 0)
+        counts, most = np.zeros(len(DrawCounts._fields)), 0.0
         for frame in walk.frames:
             for shadow_map in make_maps(MAPS[rasterization], frame.view, frame.light):
                 if shadow_map.name.split()[0] in ("near", "far"):
                     continue
                 drawn = render(walk.mesh, shadow_map, (size, size), OFFSET)
-                tiles += int(drawn.touched.sum())
                 counts += drawn.counts
                 most = max(most, drawn.counts.excess_most)
-                for name, codec in CODECS.items():
-                    bits[name] += int(tile_bits(codec, drawn.depth, drawn.touched).sum())
+                for name, codec in ALL_CODECS.items():
+                    touched = touched_blocks(drawn.touched, codec.side)
+                    plain[name] += int(touched.sum()) * DEPTH_BITS * codec.side**2
+                    bits[name] += int(tile_bits(codec, drawn.depth, touched).sum())
         totals = DrawCounts._make([*(int(value) for value in counts[:-2]), float(counts[-2]), most])
-        measured[rasterization, size] = Buffers(tiles, bits, totals)
+        measured[rasterization, size] = Buffers(plain, bits, totals)
     progress(f"{scene}: depth buffers", len(jobs), len(jobs))
     return measured

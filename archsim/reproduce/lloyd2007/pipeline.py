@@ -9,106 +9,83 @@ from typing import NamedTuple
 import numpy as np
 
 from archsim import resources
-from archsim.codec.codec import Codec, CodecSpec, make_codec
 from archsim.config import load_machine
-from archsim.lograster.grid import TILE, make_grid
-from archsim.lograster.work import COMPRESS, DECOMPRESS, UNITS, Target, tile_work
-from archsim.lograster.z_cache import make_z_cache
-from archsim.machine.pipeline.build import pipeline_machine
-from archsim.machine.pipeline.play import play
-from archsim.reproduce.lloyd2007.aliasing import Fitted, fit_family
-from archsim.reproduce.lloyd2007.views import load_walk
+from archsim.reproduce.lloyd2007.equal_error import MEASURES, OFFSET, Equal, Errors, equal_errors, load_shots
 from archsim.run.pipeline_metrics import pipeline_checks
 from archsim.run.progress import Progress
 from archsim.run.result import Check
-from archsim.shadowmap.picture import take_picture
-from archsim.shadowmap.render import map_vertices
+from archsim.run.tile_pipeline import Hardware, PlayedMap, hardware_of, play_maps, targets_of
+from archsim.scene.mesh import Mesh
 
-FAMILIES = ("fp_lispsm", "csm_lispsm", "logpsm")
-TEXELS = 512 * 512  # of logpsm; the others get what the same error takes
-IMAGE = 512
-PERCENT = 95  # of pixels whose m is compared
-Z_CACHE = make_z_cache(48 * 512, 4)  # 24 KiB of plain tiles
-BURST_BITS = 128
-CODECS: dict[str, CodecSpec] = {
-    "plain": make_codec(Codec.NONE, granularity_bits=BURST_BITS),
-    "lloyd": make_codec(Codec.LLOYD, granularity_bits=BURST_BITS),
-    "hasselgren 2": make_codec(Codec.HASSELGREN_TWO_PLANES, granularity_bits=BURST_BITS),
-}
+CODECS = ("lloyd", "hasselgren_2")  # besides no codec, whose bytes follow from either
 DEPTH_BYTES = 3
 
 
 class Played(NamedTuple):
-    """The maps of a family, drawn one after the other."""
+    """The maps of a family, drawn one after the other; means over the frames, but for the errors."""
 
-    maps: int
-    texels: int
-    error: float  # m that PERCENT of the pixels stay below
-    cycles: int
-    tiles: int  # that the fine rasterizer took
-    read: int  # bytes of depth
-    written: int
+    errors: Errors
+    maps: float
+    texels: float
+    cycles: float
+    tiles: float  # that the fine rasterizer took
+    read: float  # bytes of depth
+    written: float
+    plain: float  # bytes of depth read and written without compression
     checks: list[Check]
 
 
-def equal_errors() -> dict[str, Fitted]:
-    """Families with as many texels as logpsm's error takes, for the first frame of the town."""
-    walk = load_walk("town")
-    frame = walk.frames[0]
-    picture = take_picture(walk.mesh, frame.camera, frame.view, IMAGE, IMAGE)
-
-    def fitted(family: str, texels: int) -> Fitted:
-        return fit_family(family, frame.view, frame.light, picture, texels)
-
-    goal = error_of(fitted("logpsm", TEXELS))
-    return {
-        family: fitted(family, round(TEXELS * (error_of(fitted(family, TEXELS)) / goal) ** 2))
-        for family in FAMILIES
-    }
-
-
-def error_of(fitted: Fitted) -> float:
-    """m that PERCENT of the pixels stay below."""
-    return float(np.percentile(fitted.errors.error, PERCENT))
-
-
 def play_families(progress: Progress) -> dict[str, Played]:
-    """'family, codec' -> Played."""
-    mesh = load_walk("town").mesh
-    machine = pipeline_machine(load_machine(resources.config("machines", "lloyd2007")))
-    families = equal_errors()
-    jobs = [(family, codec) for family in FAMILIES for codec in CODECS]
-    found = {}
-    for done, (family, codec) in enumerate(jobs):
-        progress("tile pipeline", done, len(jobs))
-        fitted = families[family]
-        totals = np.zeros(4, dtype=np.int64)
-        checks: list[Check] = []
-        for shadow_map, size in zip(fitted.maps, fitted.sizes, strict=True):
-            target = Target(make_grid(*size, shadow_map.ratio), CODECS[codec], Z_CACHE)
-            work, _ = tile_work(map_vertices(mesh, shadow_map), mesh.triangles, target)
-            counters = play("compiled", machine, work)
-            checks += pipeline_checks(f"{family}, {codec}: {shadow_map.name}", machine, counters)
-            totals += (
-                counters.cycles,
-                counters.unit_tasks[UNITS.index("fine")],
-                counters.unit_load_bytes[DECOMPRESS],
-                counters.unit_store_bytes[COMPRESS],
-            )
-        texels = sum(columns * rows for columns, rows in fitted.sizes)
-        cycles, tiles, read, written = (int(total) for total in totals)
-        found[f"{family}, {codec}"] = Played(
-            len(fitted.maps), texels, error_of(fitted), cycles, tiles, read, written, checks
-        )
-    progress("tile pipeline", len(jobs), len(jobs))
+    """'what is equal: family, codec' -> Played."""
+    mesh, shots = load_shots()
+    machine = resources.config("machines", "lloyd2007")
+    hardware = {
+        codec: hardware_of(load_machine(machine, [f"components.z_cache.codec={codec}"])) for codec in CODECS
+    }
+    found: dict[str, Played] = {}
+    known: dict[tuple[str, int], dict[str, Played]] = {}
+    total = sum(len(families) + 1 for _, families in MEASURES.values())
+    for done, (measure, family, equal) in enumerate(equal_errors(mesh, shots)):
+        progress("tile pipeline at equal error", done, total)
+        key = family, equal.texels
+        if key not in known:
+            known[key] = {codec: _play(mesh, equal, hardware[codec], family) for codec in CODECS}
+        found |= {f"{measure}: {family}, {codec}": played for codec, played in known[key].items()}
+    progress("tile pipeline at equal error", total, total)
     return found
 
 
-def storage_bytes(played: Played) -> int:
+def _play(mesh: Mesh, equal: Equal, hardware: Hardware, name: str) -> Played:
+    """Every frame's maps on the pipeline."""
+    maps: list[PlayedMap] = []
+    checks: list[Check] = []
+    for number, fitted in enumerate(equal.fitted):
+        targets = targets_of(hardware, fitted.maps, fitted.sizes, OFFSET)
+        for each in play_maps("compiled", hardware, mesh, fitted.maps, targets):
+            where = f"{name}, frame {number}: {each.shadow_map.name}"
+            same = bool(np.array_equal(each.depth, each.drawn.depth))
+            checks.append(Check(f"{where}: depths of drawing", same, ""))
+            checks += pipeline_checks(where, hardware.machine, each.counters)
+            maps.append(each)
+    frames = len(equal.fitted)
+    return Played(
+        errors=equal.errors,
+        maps=len(maps) / frames,
+        texels=sum(each.depth.size for each in maps) / frames,
+        cycles=sum(each.counters.cycles for each in maps) / frames,
+        tiles=sum(each.tasks("fine") for each in maps) / frames,
+        read=sum(each.read for each in maps) / frames,
+        written=sum(each.written for each in maps) / frames,
+        plain=float(sum(each.plain.sum() for each in maps)) / frames,
+        checks=checks,
+    )
+
+
+def moved_bytes(played: Played) -> float:
+    """Depths between z cache and memory, both ways."""
+    return played.read + played.written
+
+
+def storage_bytes(played: Played) -> float:
     """Memory of the maps; a compressed tile keeps its place, so that compression saves bandwidth only."""
     return played.texels * DEPTH_BYTES
-
-
-def samples_a_cycle(played: Played) -> float:
-    """Samples that the fine rasterizer went through."""
-    return TILE * TILE * played.tiles / max(played.cycles, 1)
