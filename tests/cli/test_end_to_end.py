@@ -34,6 +34,23 @@ def test_both_models_and_a_repetition_give_the_same_result(tmp_path):
         assert len({(tmp_path / "runs" / folder / name).read_bytes() for folder in folders}) == 1
 
 
+def test_shadow_maps_run_from_the_command_line_with_either_model(tmp_path):
+    machine = [
+        "--set",
+        "machine.components.evaluator.design=table",
+        "--set",
+        "machine.components.z_cache.ways=2",
+    ]
+    first = archsim_(tmp_path, "run", "lograster_tiny", "--json", *machine)
+    reference = archsim_(tmp_path, "run", "lograster_tiny", "--json", *machine, "--model", "reference")
+    wrong = archsim_(tmp_path, "run", "lograster_tiny", "--set", "machine.components.z_cache.codec=loyd")
+
+    assert (first.returncode, reference.returncode, wrong.returncode) == (0, 0, 2), first.stderr
+    assert first.stdout == reference.stdout
+    assert all(check["ok"] for check in json.loads(first.stdout)["checks"])
+    assert "did you mean 'lloyd'?" in wrong.stderr
+
+
 def test_the_resolved_configuration_repeats_the_run(tmp_path):
     first = archsim_(tmp_path, "run", "tiny", "--json", "--out", "first")
     again = archsim_(tmp_path, "run", "first/config.yaml", "--json", "--out", "again")

@@ -61,6 +61,17 @@ def test_every_family_gives_the_same_shadows_with_many_texels(maps):
     assert 0 < result.value("image.shadow_percent") < 50
 
 
+@pytest.mark.parametrize("maps", ["standard", "lispsm", "fp_lispsm", "csm_lispsm", "logpsm"])
+def test_every_family_takes_a_lamp_that_is_in_the_picture(maps):
+    overrides = [] if maps == "logpsm" else [LINEAR]
+    lamp = "scene.lights.0.position=[0.1, 0.3, 1]"
+    result = run(f"workload.maps={maps}", "workload.texels=[1024, 1024]", lamp, *overrides)
+
+    assert not failed(result)
+    assert result.value("maps.count") >= 6
+    assert result.value("image.wrong_percent") < 1
+
+
 def test_what_is_compared_with_nothing_is_not_wrong():
     result = run("workload.compare=none")
 
