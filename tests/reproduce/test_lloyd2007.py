@@ -82,12 +82,17 @@ def test_storage_cells_have_the_papers_powers():
 
 def test_pipeline_cells_by_hand():
     played = Played(Errors(9.0, 0.01), 3, 512 * 512, 2000, 1000, 4096, 2048, 12288, [])
-    cells = {cell.column: cell.ours for cell in tables.pipeline_cells({"m: logpsm, lloyd": played})}
+    cells = {cell.column: cell.ours for cell in tables.pipeline_cells({("m", "logpsm, lloyd"): played})}
 
     assert cells["storage"] == 768
     assert cells["tiles a cycle"] == 0.5
     assert (cells["read"], cells["written"]) == (4, 2)
-    assert (cells["plain"], cells["compression"], cells["wrong pixels"]) == (12, 2, 1)
+    assert (cells["plain"], cells["compression"], cells["wrong"]) == (12, 2, 1)
+
+
+def test_every_measure_of_equality_has_a_table():
+    assert set(tables.EQUAL_TABLES) == set(equal_error.MEASURES)
+    assert set(tables.EQUAL_TABLES.values()) <= set(tables.PAPER.tables)
 
 
 def test_colours_of_errors():

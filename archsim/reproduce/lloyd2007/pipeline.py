@@ -35,14 +35,14 @@ class Played(NamedTuple):
     checks: list[Check]
 
 
-def play_families(progress: Progress) -> dict[str, Played]:
-    """'what is equal: family, codec' -> Played."""
+def play_families(progress: Progress) -> dict[tuple[str, str], Played]:
+    """(what is equal, 'family, codec') -> Played."""
     mesh, shots = load_shots()
     machine = resources.config("machines", "lloyd2007")
     hardware = {
         codec: hardware_of(load_machine(machine, [f"components.z_cache.codec={codec}"])) for codec in CODECS
     }
-    found: dict[str, Played] = {}
+    found: dict[tuple[str, str], Played] = {}
     known: dict[tuple[str, int], dict[str, Played]] = {}
     total = sum(len(families) + 1 for _, families in MEASURES.values())
     for done, (measure, family, equal) in enumerate(equal_errors(mesh, shots)):
@@ -50,7 +50,7 @@ def play_families(progress: Progress) -> dict[str, Played]:
         key = family, equal.texels
         if key not in known:
             known[key] = {codec: _play(mesh, equal, hardware[codec], family) for codec in CODECS}
-        found |= {f"{measure}: {family}, {codec}": played for codec, played in known[key].items()}
+        found |= {(measure, f"{family}, {codec}"): played for codec, played in known[key].items()}
     progress("tile pipeline at equal error", total, total)
     return found
 
