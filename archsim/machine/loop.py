@@ -6,6 +6,8 @@ then the DRAM plays the memory clocks that lie before the next cycle visited.
 
 from __future__ import annotations
 
+import numpy as np
+
 from archsim.jit import njit
 from archsim.machine.issue import BAD_UNLOCK, ISSUED, NEEDS_TASKS, issue, make_task, source_due
 from archsim.machine.memory import deliver_due, look_up_due, play_dram
@@ -28,7 +30,7 @@ def play(spec: Machine, state: State):
             _begin(spec, state, cycle)
         issued = first_core
         for core in range(first_core, spec.core.num_cores):
-            status = issue(spec, state, cycle, core)
+            status = issue(spec, state, cycle, np.uint32(core))
             if status > ISSUED:
                 run["cycle"], run["next_core"] = cycle, core
                 return status

@@ -17,7 +17,7 @@ NO_TASK = -1
 _NO_WORK = 0  # reason of an empty slot
 _WORD_BITS = 32
 _DE_BRUIJN = 0x077CB531
-_BIT_OF = np.array([(_DE_BRUIJN << bit & 0xFFFFFFFF) >> 27 for bit in range(32)], np.int64).argsort()
+_BIT_OF = np.array([(_DE_BRUIJN << bit & 0xFFFFFFFF) >> 27 for bit in range(32)], np.int64).argsort().astype(np.uint32)
 
 
 _THREAD_INDICES = (
@@ -86,7 +86,7 @@ def new_cores(spec: CoreSpec, num_reasons: int, longest_wake_cycles: int) -> Cor
         threads=threads,
         cores=cores,
         first_of=np.array(
-            [np.flatnonzero(threads["word"] == word)[0] for word in range(num_words)], np.int64
+            [np.flatnonzero(threads["word"] == word)[0] for word in range(num_words)], np.uint32
         ),
         ready=ready,
         wake=np.zeros((num_slots, num_words), np.int64),
@@ -99,10 +99,10 @@ def new_cores(spec: CoreSpec, num_reasons: int, longest_wake_cycles: int) -> Cor
 @step
 def _next_word(ready, owner):
     """The core's next word, cyclic, that has a ready thread; if none has, the word where the round goes on."""
-    word, first = np.int64(owner["word"]), np.int64(owner["first_word"])
+    word, first = owner["word"], owner["first_word"]
     end = first + owner["num_words"]
     while True:
-        word = word + 1 if word + 1 < end else first
+        word = np.uint32(word + 1 if word + 1 < end else first)
         if ready[word] != 0 or word == owner["word"]:
             return word
 
@@ -111,7 +111,7 @@ def _next_word(ready, owner):
 def pick(state, core):
     """Word and bit of the core's first ready thread where the round goes on; the bit is 0 if there is none."""
     owner = state.cores[core]
-    word = np.int64(owner["word"])
+    word = owner["word"]
     threads = state.ready[word]
     ahead = threads & owner["ahead"]
     if ahead == 0 and owner["num_words"] > 1:
@@ -124,7 +124,8 @@ def pick(state, core):
 @inlined_step
 def number_of(state, word, bit):
     """Number of the thread with this bit."""
-    return state.first_of[word] + (_BIT_OF[(bit * _DE_BRUIJN & 0xFFFFFFFF) >> 27] & 31)
+    place = _BIT_OF[np.uint32((bit * _DE_BRUIJN & 0xFFFFFFFF) >> 27)]
+    return np.uint32(state.first_of[word] + place)
 
 
 @inlined_step
@@ -142,18 +143,26 @@ def wake_now(state, thread):
 @inlined_step
 def wake_at(state, cycle, thread):
     """The thread becomes ready in `cycle`, which is less than S cycles ahead."""
-    state.wake[cycle & (len(state.wake) - 1), thread["word"]] |= thread["bit"]
+    state.wake[np.uint32(cycle & (len(state.wake) - 1)), thread["word"]] |= thread["bit"]
 
 
 @inlined_step
 def wake_due(state, cycle, core):
     """The core's threads whose wait ends in `cycle` become ready."""
-    slot, word = cycle & (len(state.wake) - 1), np.int64(state.cores[core]["first_word"])
+    slot, word = np.uint32(cycle & (len(state.wake) - 1)), state.cores[core]["first_word"]
     state.ready[word] |= state.wake[slot, word]
     state.wake[slot, word] = 0
-    for more in range(1, state.cores[core]["num_words"]):
-        state.ready[word + more] |= state.wake[slot, word + more]
-        state.wake[slot, word + more] = 0
+    if state.cores[core]["num_words"] > 1:
+        _wake_more(state, slot, word, state.cores[core]["num_words"])
+
+
+@step
+def _wake_more(state, slot, first, num_words):
+    """The same for the core's other words."""
+    for more in range(1, num_words):
+        word = np.uint32(first + more)
+        state.ready[word] |= state.wake[slot, word]
+        state.wake[slot, word] = 0
 
 
 @step
