@@ -34,7 +34,7 @@ _TARGET, _WAY, _MSHR, _WRITE_QUEUE = (
 @inlined_step
 def _row_of(spec, line):
     """Set that the line belongs to, among those of all caches."""
-    return spec["first_set"] + (line & spec["set_mask"])
+    return np.uint32(spec["first_set"] + (line & spec["set_mask"]))
 
 
 @inlined_step
