@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import NamedTuple
 
 
@@ -25,9 +26,10 @@ class Problem(NamedTuple):
     where: Location | None
     what: str
     hint: str | None = None
+    key: str | None = None  # dotted path of the configuration's value that it is about, if it is about one
 
     def __str__(self) -> str:
-        place = f"{self.where}: " if self.where else ""
+        place = f"{self.where or self.key}: " if self.where or self.key else ""
         hint = f"; {self.hint}" if self.hint else ""
         return f"{place}{self.what}{hint}"
 
@@ -42,14 +44,37 @@ class ArchsimError(Exception):
     def __str__(self) -> str:
         return "\n".join(str(problem) for problem in self.problems)
 
+    def say_more(self, more: Callable[[Problem], Problem]) -> None:
+        """Put what is known further out into every problem."""
+        self.problems = [more(problem) for problem in self.problems]
+        self.args = (self.problems,)
+
 
 class DeadlockError(ArchsimError):
     """The simulated machine cannot go on; the message says what every unit waits for."""
 
 
-def fail(what: str, where: Location | None = None, hint: str | None = None) -> ArchsimError:
+def fail(
+    what: str, where: Location | None = None, hint: str | None = None, key: str | None = None
+) -> ArchsimError:
     """An error with a single problem, ready to be raised."""
-    return ArchsimError(Problem(where, what, hint))
+    return ArchsimError(Problem(where, what, hint, key))
+
+
+@contextmanager
+def about(key: str) -> Iterator[None]:
+    """What goes wrong inside is about the configuration's value under this dotted path, or about one within it."""
+    try:
+        yield
+    except ArchsimError as error:
+        error.say_more(lambda problem: _about(key, problem))
+        raise
+
+
+def _about(key: str, problem: Problem) -> Problem:
+    if problem.where is not None:
+        return problem
+    return problem._replace(key=key if problem.key is None else f"{key}.{problem.key}")
 
 
 def did_you_mean(word: str, choices: Iterable[str]) -> str | None:

@@ -3,7 +3,9 @@
 import copy
 import pickle
 
-from archsim.errors import ArchsimError, DeadlockError, Location, Problem, did_you_mean, fail
+import pytest
+
+from archsim.errors import ArchsimError, DeadlockError, Location, Problem, about, did_you_mean, fail
 
 PROBLEMS = [
     Problem(Location("run.yaml", 3, 7), "unknown key 'wayz'", "did you mean 'ways'?"),
@@ -30,6 +32,18 @@ def test_errors_survive_pickling_and_copying():
 
 def test_fail_makes_one_problem():
     assert fail("what", Location("f", 1)).problems == [Problem(Location("f", 1), "what")]
+
+
+def test_what_a_problem_is_about_grows_from_the_inside_out_and_survives_pickling():
+    with pytest.raises(ArchsimError) as caught, about("scene.mesh"), about("parameters"):
+        raise ArchsimError([Problem(None, "too big", key="size"), *PROBLEMS])
+
+    again = pickle.loads(pickle.dumps(caught.value))
+
+    assert [problem.key for problem in again.problems] == [
+        *("scene.mesh.parameters.size", None, None, "scene.mesh.parameters")
+    ]
+    assert str(again).splitlines()[0] == "scene.mesh.parameters.size: too big"
 
 
 def test_only_near_words_are_suggested():

@@ -34,7 +34,7 @@ def run(
     config = loaded.config
 
     started = time.perf_counter()
-    with Bars() as bars:
+    with Bars() as bars, loaded.locating():
         result = simulate(config, bars)
     folder = write_run(out, run_files(result, config, time.perf_counter() - started, origins(loaded)))
 

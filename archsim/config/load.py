@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple, TypeVar
@@ -36,6 +37,22 @@ class LoadedRun(NamedTuple):
     def origin(self, path: str) -> Location | None:
         """Where the value at a dotted path is written; None for a default."""
         return self.origins.get(path)
+
+    @contextmanager
+    def locating(self) -> Iterator[None]:
+        """What goes wrong inside and is about one of the run's values gets the place where that is written."""
+        try:
+            yield
+        except ArchsimError as error:
+            error.say_more(self._located)
+            raise
+
+    def _located(self, problem: Problem) -> Problem:
+        """With the place of the value that the problem is about, or of the innermost section around it."""
+        key = problem.key if problem.where is None else None
+        while key and key not in self.origins:
+            key = key.rpartition(".")[0]
+        return problem._replace(where=self.origins[key]) if key else problem
 
 
 def load_run(path: str | Path, overrides: Iterable[str] = ()) -> RunConfig:

@@ -71,6 +71,11 @@ class MachineConfig(Section):
         component = self.components.get(name)
         return component if isinstance(component, kind) else None
 
+    def key_of(self, *kinds: str) -> str:
+        """Dotted path, in a run, of the first component of one of these kinds: what a problem is about."""
+        names = [name for name, each in self.components.items() if each.kind in kinds]
+        return ".".join(["machine.components", *names[:1]])
+
     @property
     def sources(self) -> dict[str, UnitConfig]:
         """The units that make the cores' tasks."""

@@ -47,7 +47,7 @@ def simulate_izb(config: RunConfig, progress: Progress, listen: Listen = to_noth
     views = prepare(config, subject)
     played, found = [], []
     for view in views:
-        check_machine(machines.build, view.needed_bytes)
+        check_machine(config.machine, machines.build, view.needed_bytes)
         emitted = Emitted([], [])
         played.append(_play((view.clear, view.build, partial(view.raster, emitted.take)), machines, progress))
         found.append(find(view, emitted))
@@ -60,7 +60,7 @@ def replay_izb(config: RunConfig, rendered: RenderedIzb, progress: Progress) -> 
     machines = machines_of(config)
     played = []
     for view in rendered.views:
-        check_machine(machines.build, view.needed_bytes)
+        check_machine(config.machine, machines.build, view.needed_bytes)
         clear = partial(replay, view, CLEAR, machines.build.spec)
         build = partial(replay, view, BUILD, machines.build.spec)
         raster = partial(replay, view, RASTER, machines.raster.spec)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from archsim.config import GridConfig, RunConfig
+from archsim.config import GridConfig, MachineConfig, RunConfig
 from archsim.errors import ArchsimError, Problem, fail
 from archsim.execute import izb_memory
 from archsim.execute.izb_build import build_work, tile_order
@@ -111,19 +111,20 @@ def replay(work: Recorded, phase: str, spec: MachineSpec) -> Work:
     return Work(sum(tasks.num_tasks for tasks in chunks), iter(chunks))
 
 
-def check_machine(build: PhaseMachine, needed_bytes: int) -> None:
+def check_machine(machine: MachineConfig, build: PhaseMachine, needed_bytes: int) -> None:
     """Raise ArchsimError if the kernels cannot run on the machine: too few locks, too little memory."""
     problems = []
     if build.spec.locks.num_locks < NUM_LOCKS:
         what = (
             f"the kernels use {NUM_LOCKS} locks, the machine's `locks` has count {build.spec.locks.num_locks}"
         )
-        problems.append(Problem(None, what))
+        problems.append(Problem(None, what, key=machine.key_of("locks") + ".count"))
     if needed_bytes > build.dram_bytes:
         what = (
             f"the arrays of this run end at {needed_bytes} bytes, "
             f"the machine's `dram` holds {build.dram_bytes}"
         )
-        problems.append(Problem(None, what, "raise its rows, row_bytes, banks or channels"))
+        hint = "raise its rows, row_bytes, banks or channels"
+        problems.append(Problem(None, what, hint, machine.key_of("dram", "ideal_dram") + ".rows"))
     if problems:
         raise ArchsimError(problems)

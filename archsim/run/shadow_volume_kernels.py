@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from archsim.config import RunConfig, VolumeKernelsConfig
+from archsim.config import MachineConfig, RunConfig, VolumeKernelsConfig
 from archsim.errors import fail
 from archsim.execute.hsv_memory import tile_states
 from archsim.execute.hsv_stages import (
@@ -147,7 +147,7 @@ def simulate_shadow_volume_kernels(
     cores = phase_machine(config.machine, ROLE, config.seed)
     seen = view.seen._replace(bounds=view.bounds) if is_bounded(workload.variant) else view.seen
     stages = prepare_stages(seen, workload.psv_buffers)
-    _check_cores(cores, stages)
+    _check_cores(config.machine, cores, stages)
 
     ran = _run(stages, cores, Told(config.model, progress, listen))
     shadow = view.shown & mask(seen.screen, stages.stencil, tile_states(stages.memory, seen.screen))
@@ -176,16 +176,16 @@ def _milliseconds(workload: VolumeKernelsConfig, fixed: list[Statistic]) -> floa
     return 1e3 * cycles * machine.spec.period_ticks / machine.tick_hertz
 
 
-def _check_cores(cores: PhaseMachine, stages: Stages) -> None:
+def _check_cores(config: MachineConfig, cores: PhaseMachine, stages: Stages) -> None:
     """ArchsimError if the kernels cannot run on the cores."""
     if cores.spec.locks.num_locks < NUM_LOCKS:
         found = cores.spec.locks.num_locks
-        raise fail(f"the kernels use {NUM_LOCKS} locks, the machine's `locks` has count {found}")
+        what = f"the kernels use {NUM_LOCKS} locks, the machine's `locks` has count {found}"
+        raise fail(what, key=config.key_of("locks") + ".count")
     if stages.memory.num_bytes > cores.dram_bytes:
         needed = stages.memory.num_bytes
-        raise fail(
-            f"the buffers of this run end at {needed} bytes, the machine's `dram` at {cores.dram_bytes}"
-        )
+        what = f"the buffers of this run end at {needed} bytes, the machine's `dram` at {cores.dram_bytes}"
+        raise fail(what, key=config.key_of("dram", "ideal_dram"))
 
 
 def _run(stages: Stages, cores: PhaseMachine, how: Told) -> Ran:

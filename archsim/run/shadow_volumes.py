@@ -113,7 +113,11 @@ def resources_of(machine: MachineConfig) -> Resources:
     """What the machine has for the hierarchical algorithm. ArchsimError if something is missing."""
     kinds = {PSV_BUFFERS: "pool", PSV_CACHE: "cache", DELAY_STREAM: "delay_stream"}
     problems = [
-        Problem(None, f"machine '{machine.name}' has no {kind} '{name}', which shadow volumes need")
+        Problem(
+            None,
+            f"machine '{machine.name}' has no {kind} '{name}', which shadow volumes need",
+            key=machine.key_of(kind),
+        )
         for name, kind in kinds.items()
         if name not in machine.components or machine.components[name].kind != kind
     ]
@@ -133,7 +137,8 @@ def _check_memory(config: MachineConfig, machine: PipelineMachine, view: View, r
     assert isinstance(stream, DelayStreamConfig)
     free = min(machine.dram_bytes, stream.address)
     if needed > free:
-        raise fail(f"the buffers of this run end at {needed} bytes, but memory or delay stream at {free}")
+        what = f"the buffers of this run end at {needed} bytes, but memory or delay stream at {free}"
+        raise fail(what, key=config.key_of("dram" if free == machine.dram_bytes else "delay_stream"))
 
 
 def _traffic_checks(counters: PipelineCounters, traffic: Traffic, twice: bool) -> list[Check]:

@@ -80,13 +80,15 @@ def hardware_of(config: MachineConfig) -> Hardware:
     machine = pipeline_machine(config)
     for unit in UNITS:
         if config.find(unit, StageConfig) is None:
-            raise fail(f"machine '{config.name}' has no unit '{unit}', which shadow maps need")
+            what = f"machine '{config.name}' has no unit '{unit}', which shadow maps need"
+            raise fail(what, key="machine.components")
     evaluator, tile_cache = _part(config, "fine", "evaluator"), _part(config, "depth_test", "tile_cache")
     assert isinstance(evaluator, EvaluatorConfig)
     assert isinstance(tile_cache, TileCacheConfig)
     fine = config.find("fine", StageConfig)
     if evaluator.has_table and (fine is None or fine.memory is None):
-        raise fail(f"machine '{config.name}': 'fine' has no memory to read the table of its evaluator from")
+        what = f"machine '{config.name}': 'fine' has no memory to read the table of its evaluator from"
+        raise fail(what, key="machine.components.fine")
     return Hardware(machine, evaluator, *cache_and_codec(tile_cache))
 
 
@@ -96,9 +98,10 @@ def _part(config: MachineConfig, unit: str, kind: str) -> Section:
     names = stage.parts if stage is not None else ()
     found = [config.components[name] for name in names if config.components[name].kind == kind]
     if len(found) != 1:
-        raise fail(
+        what = (
             f"machine '{config.name}': unit '{unit}' must have one {kind} among its parts, not {len(found)}"
         )
+        raise fail(what, key=f"machine.components.{unit}")
     return found[0]
 
 
@@ -128,7 +131,8 @@ def targets_of(
             base += -(-rows * ENTRY_BYTES // LINE_BYTES) * LINE_BYTES
         targets.append(target)
     if base > hardware.machine.dram_bytes:
-        raise fail(f"the maps take {base} bytes; the memory has {hardware.machine.dram_bytes}")
+        what = f"the maps take {base} bytes; the memory has {hardware.machine.dram_bytes}"
+        raise fail(what, key="machine.components")
     return targets
 
 

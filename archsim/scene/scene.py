@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from archsim.errors import about
 from archsim.scene.camera import Camera
 from archsim.scene.generators import make_mesh
 from archsim.scene.mesh import Mesh, load_mesh
@@ -40,10 +41,11 @@ class Scene(NamedTuple):
 
 def load_scene(config: Any) -> Scene:
     """The scene that a checked SceneConfig describes; raises ArchsimError if its mesh cannot be had."""
-    if isinstance(config.mesh, str):
-        mesh = load_mesh(config.mesh)
-    else:
-        mesh = make_mesh(config.mesh.generator, config.mesh.seed, config.mesh.parameters)
+    with about("scene.mesh"):
+        if isinstance(config.mesh, str):
+            mesh = load_mesh(config.mesh)
+        else:
+            mesh = make_mesh(config.mesh.generator, config.mesh.seed, config.mesh.parameters)
     width, height = config.resolution
     return Scene(
         mesh=mesh,

@@ -17,7 +17,11 @@ NO_TASK = -1
 _NO_WORK = 0  # reason of an empty slot
 _WORD_BITS = 32
 _DE_BRUIJN = 0x077CB531
-_BIT_OF = np.array([(_DE_BRUIJN << bit & 0xFFFFFFFF) >> 27 for bit in range(32)], np.int64).argsort().astype(np.uint32)
+_BIT_OF = (
+    np.array([(_DE_BRUIJN << bit & 0xFFFFFFFF) >> 27 for bit in range(32)], np.int64)
+    .argsort()
+    .astype(np.uint32)
+)
 
 
 _THREAD_INDICES = (

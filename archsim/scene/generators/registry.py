@@ -63,7 +63,7 @@ def make_mesh(
 
     chosen = GENERATORS[generator]
     problems = [
-        Problem(where, f"generator '{generator}': {what}", hint)
+        Problem(where, f"generator '{generator}': {what}", hint, f"parameters.{name}")
         for name, value in parameters.items()
         for what, hint in _problems(chosen, name, value)
     ]
