@@ -2,10 +2,10 @@
 # Irregular z-buffer, build phase: put the eye-view samples of one pixel tile into the grid of lists.
 # [Johnson04] sec. 5 and 6: pixels in pairs, list update under the physical cell's lock, stencil marked.
 #
-# A task is one tile of pixels; pixels, depths and list nodes are stored tile by tile, row by row.
+# A task is one tile of pixels; depths and list nodes are stored row by row of the image, or in another order.
 #   v[0]  -(pairs in the tile), node index of its first pixel, the same + 1, index of its first depth pair
 #   v[1]  x and y of its first pixel
-#   c[0]  1, 2, 2, 1: steps of v[0] from pair to pair
+#   c[0]  1: what marks a cell in the stencil
 #   c[1]  light-space step of one pixel in x        light space: (X, Y, Z, W), X and Y in logical cells times W,
 #   c[2]  light-space step of one pixel in y        Z = W - (light depth of the nearest sample) / (eye depth)
 #   c[3]  light-space step of reciprocal eye depth  so that depth = Z / W is 0 at the nearest sample, 1 far away
@@ -15,7 +15,8 @@
 #   c[7]  tiles in a row, tiles in a column, twice
 #   c[8]  tile area - tile width, tiles in a row * tile area - tile area, twice
 #   c[9]  tile width, tile area, twice
-#   c[255 + k]  light-space position of pair k = -pairs ... -1 relative to the tile's first pixel, plus the origin's
+#   c[133 + k]  steps of v[0] from pair k = -pairs ... -1 to the next one
+#   c[255 + k]  light-space position of pair k relative to the tile's first pixel, plus the image origin's
 #   B0    stencil (one word a logical cell, at index 0) and depths (two words a pair)
 #   B1    list heads (one word a physical cell, at index 0) and list nodes (four words: x, y, depth, next)
 # Pixels without a sample have depth NaN: they land in the guard elements of both windows, not in any cell.
@@ -66,6 +67,6 @@ pair:   ARL  A0.x, R0.x;
 
         ST   [B0 | R3.x].x, c[0].x;             # mark both logical cells
         ST   [B0 | R3.y].x, c[0].x;
-        ADDC R0, R0, c[0];
+        ADDC R0, R0, c[A0.x + 133];
         BRA  pair (LT.x);
 END

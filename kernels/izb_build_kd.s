@@ -57,7 +57,7 @@ pair:    ARL  A0.x, R0.x;
          MOV  R6.y, R5.y;
          MOVC R7.x, R1.x;
          CAL  insert (GT.x);
-         ADDC R0, R0, c[0];
+         ADDC R0, R0, c[A0.x + 133];
          BRA  pair (LT.x);
          RET;
 

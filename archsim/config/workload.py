@@ -11,7 +11,9 @@ from archsim.config.machine import MachineConfig
 from archsim.config.scene import Extent
 from archsim.config.section import Finding, Section, Vector, is_power_of_two, key_of, report
 
-MAX_PAIRS = 240  # of pixels in a tile: the build kernel holds their positions in c[15] to c[254]
+MAX_PAIRS = (
+    122  # of pixels in a tile: the build kernel holds their steps from c[11], their positions to c[254]
+)
 MAX_CELLS = 2**24  # integers that a float32 register holds exactly
 
 Cells = Annotated[int, Field(ge=1, le=4096, json_schema_extra={"unit": "cells"})]
@@ -33,6 +35,8 @@ class GridConfig(Section):
     pixel_tile: Size  # pixels; a task of the build phase
     tile_order: Literal["interleaved", "block"] = "interleaved"  # consecutive pixel tiles over build threads
     structure: Literal["list", "kd_tree"] = "list"  # what holds the samples of a cell
+    # how depths, and nodes at their pixel's place, lie in memory: row by row of the image, or pixel tile by pixel tile
+    pixel_layout: Literal["rows", "tiles"] = "rows"
     # pixel: a sample's node lies at its pixel's place; pool: threads take the next free nodes
     node_layout: Literal["pixel", "pool"] = "pixel"
     locks: Annotated[int, Field(ge=1, le=256)] = (

@@ -17,14 +17,15 @@ from archsim.trace.stream import Work, chunked
 
 KERNELS = {Structure.LIST: "izb_build", Structure.KD_TREE: "izb_build_kd"}
 CHUNK_TASKS = 1024
-LAST_CONSTANT = 255
+LAST_CONSTANT = 255  # behind the positions of the pairs
+LAST_STEP = 133  # behind the steps from pair to pair
 
 
 def build_work(
     memory: IzbMemory, grid: Grid, tiles: PixelTiles, transform: LightTransform, order: np.ndarray
 ) -> Work:
     """One task for each tile in `order`. The lists are in memory when the work has been drawn to its end."""
-    constant = constants(memory, grid, transform)
+    constant = constants(memory, grid, tiles, transform)
     return chunked(len(order), _execute(memory, constant, attributes(memory, tiles)[order]))
 
 
@@ -65,17 +66,16 @@ def attributes(memory: IzbMemory, tiles: PixelTiles) -> np.ndarray:
     attribute[:, 0, 0] = -tiles.num_pairs
     attribute[:, 0, 1] = memory.first_node + memory.node_of_sample[first_pixel]
     attribute[:, 0, 2] = attribute[:, 0, 1] + 1
-    attribute[:, 0, 3] = memory.first_pair + first_pixel // 2
+    attribute[:, 0, 3] = memory.first_pair + memory.place_of_pixel[first_pixel] // 2
     attribute[:, 1, :2] = tiles.origins
     return attribute
 
 
-def constants(memory: IzbMemory, grid: Grid, transform: LightTransform) -> np.ndarray:
+def constants(memory: IzbMemory, grid: Grid, tiles: PixelTiles, transform: LightTransform) -> np.ndarray:
     """float32 [256, 4]: c[] of the kernel."""
     constant = np.zeros((256, 4), np.float32)
     area, tiles_wide = grid.tile_area, grid.tiles_wide
-    between_pairs = 2 * max(1, memory.storage.pool_threads)
-    constant[0] = (1, between_pairs, between_pairs, 1)
+    constant[0, 0] = 1
     constant[1] = transform.step_x
     constant[2] = transform.step_y
     constant[3] = transform.depth
@@ -86,5 +86,15 @@ def constants(memory: IzbMemory, grid: Grid, transform: LightTransform) -> np.nd
     constant[8] = (area - grid.tile_width, tiles_wide * area - area) * 2
     constant[9] = (grid.tile_width, area) * 2
     constant[10] = (0, 4, 2, 3)
-    constant[LAST_CONSTANT - len(transform.pair) : LAST_CONSTANT] = transform.pair
+    constant[LAST_STEP - tiles.num_pairs : LAST_STEP] = _steps(memory, tiles)
+    constant[LAST_CONSTANT - tiles.num_pairs : LAST_CONSTANT] = transform.pair
     return constant
+
+
+def _steps(memory: IzbMemory, tiles: PixelTiles) -> np.ndarray:
+    """float32 [num_pairs, 4] what is added to v[0] behind each pair of a tile; they are the same for all tiles."""
+    pixels = np.diff(memory.place_of_pixel[: tiles.num_pairs * 2 : 2])
+    steps = np.ones((tiles.num_pairs, 4), np.float32)
+    steps[:-1, 1:3] = 2 * memory.storage.pool_threads or pixels[:, None]
+    steps[:-1, 3] = pixels // 2
+    return steps

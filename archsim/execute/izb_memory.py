@@ -5,8 +5,9 @@ Window B1: list heads (4 bytes a physical cell), then list nodes (16 bytes a sam
 Both end with a guard element that holds no data. A list head or `next` is a node index in B1, 0 ends a list.
 With a k-d tree in each cell, heads are roots and nodes are x, y and two links (kernels/izb_build_kd.s).
 
-A sample's node lies at the sample's own place among all pixels, or in a pool: the threads, in step, each take the next
-two nodes for their next two pixels, so that neighbours in memory belong to different tiles.
+Depths lie row by row of the image or pixel tile by pixel tile. A sample's node lies at its pixel's place, or in a pool:
+the threads, in step, each take the next two nodes for their next two pixels, so that neighbours in memory belong to
+different tiles.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from archsim.errors import fail
 from archsim.execute.memory import Window, new_memory
 from archsim.isa.program import NUM_LOCKS
 from archsim.shadow.grid import Grid
-from archsim.shadow.pixel_tiles import PixelTiles
+from archsim.shadow.pixel_tiles import PixelTiles, image_order
 
 WORD, PAIR, NODE = 4, 8, 16  # bytes
 MAX_INDEX = 2**24  # integers that a float32 register holds exactly
@@ -38,7 +39,8 @@ class Storage(NamedTuple):
 
     structure: int = Structure.LIST
     num_locks: int = NUM_LOCKS  # of those on the chip, how many the build kernel uses
-    pool_threads: int = 0  # threads that take nodes from one pool; 0: a node lies at its sample's place
+    pool_threads: int = 0  # threads that take nodes from one pool; 0: a node lies at its pixel's place
+    by_tiles: bool = False  # pixels lie tile by tile instead of row by row of the image
 
 
 LISTS = Storage()
@@ -52,6 +54,7 @@ class IzbMemory(NamedTuple):
     first_pair: int  # pair index in B0 of the first depth pair
     first_node: int  # node index in B1 of the first node
     storage: Storage
+    place_of_pixel: np.ndarray  # int32 [num_samples] place of a pixel's depth, counted from first_pair * 2
     node_of_sample: np.ndarray  # int32 [num_samples] number of its node, counted from first_node
     sample_of_node: np.ndarray  # int32 [num_nodes]
 
@@ -61,7 +64,11 @@ def lay_out(grid: Grid, tiles: PixelTiles, order: np.ndarray, storage: Storage =
 
     Clearing costs are not part of the build phase ([Johnson04] sec. 6); `izb_clear.py` has them.
     """
-    node_of_sample, sample_of_node = _places(tiles, order, storage.pool_threads)
+    number = np.arange(tiles.reciprocal_depth.size, dtype=np.int32)
+    place = number if storage.by_tiles else image_order(tiles)
+    node_of_sample, sample_of_node = place, np.argsort(place).astype(np.int32)
+    if storage.pool_threads:
+        node_of_sample, sample_of_node = _from_pool(tiles, order, storage.pool_threads)
     first_pair = _ceil_div(grid.num_logical_cells * WORD, NODE) * NODE // PAIR
     first_node = max(1, _ceil_div(grid.num_physical_cells * WORD, NODE))
     num_pixels = tiles.reciprocal_depth.size
@@ -76,17 +83,14 @@ def lay_out(grid: Grid, tiles: PixelTiles, order: np.ndarray, storage: Storage =
     base_1 = _ceil_div(size_0, size_1) * size_1
     words = new_memory(base_1 + size_1)
     start = first_pair * PAIR // WORD
-    words[start : start + num_pixels] = tiles.reciprocal_depth.ravel()
+    words[start + place] = tiles.reciprocal_depth.ravel()
     windows = (Window(0, size_0), Window(base_1, size_1))
-    return IzbMemory(words, windows, first_pair, first_node, storage, node_of_sample, sample_of_node)
+    return IzbMemory(words, windows, first_pair, first_node, storage, place, node_of_sample, sample_of_node)
 
 
-def _places(tiles: PixelTiles, order: np.ndarray, pool_threads: int) -> tuple[np.ndarray, np.ndarray]:
+def _from_pool(tiles: PixelTiles, order: np.ndarray, pool_threads: int) -> tuple[np.ndarray, np.ndarray]:
     """Node of each sample, and sample of each node."""
     per_tile = tiles.num_pairs * 2
-    if not pool_threads:
-        own = np.arange(tiles.reciprocal_depth.size, dtype=np.int32)
-        return own, own
     turn, thread = np.divmod(np.arange(len(order)), pool_threads)
     pair = turn[:, None] * tiles.num_pairs + np.arange(tiles.num_pairs)
     first = (pair * pool_threads + thread[:, None]) * 2

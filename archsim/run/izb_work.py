@@ -94,7 +94,8 @@ def prepare(config: RunConfig, subject: Subject) -> list[LightViewWork]:
 def _storage(workload: GridConfig, num_threads: int) -> Storage:
     """How the workload section wants samples to be stored."""
     pool = num_threads if workload.node_layout == "pool" else 0
-    return Storage(Structure[workload.structure.upper()], workload.locks, pool)
+    by_tiles = workload.pixel_layout == "tiles"
+    return Storage(Structure[workload.structure.upper()], workload.locks, pool, by_tiles)
 
 
 def record(config: RunConfig) -> list[Recorded]:

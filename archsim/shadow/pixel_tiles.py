@@ -1,4 +1,4 @@
-"""The eye view cut into tiles of pixels, as it lies in memory: tile by tile, row by row, pixels in pairs."""
+"""The eye view cut into tiles of pixels: tile by tile, row by row, pixels in pairs."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ class PixelTiles(NamedTuple):
     origins: np.ndarray  # float32 [T, 2] x, y of each tile's first pixel
     pixel: np.ndarray  # int32 [T * P * 2] row * width + column, -1 outside of the image
     tile: tuple[int, int]  # width and height in pixels
+    num_columns: int  # tiles side by side
 
     @property
     def num_pairs(self) -> int:
@@ -29,7 +30,16 @@ def cut(reciprocal_depth: np.ndarray, taken: np.ndarray, tile: tuple[int, int]) 
     y, x = np.mgrid[0:num_rows, 0:num_columns]
     origins = np.stack([x * tile[0], y * tile[1]], axis=-1).reshape(-1, 2).astype(np.float32)
     depth = _tiled(image, tile, np.float32(np.nan)).reshape(len(origins), -1, 2)
-    return PixelTiles(depth, origins, _tiled(pixel, tile, np.int32(-1)).ravel(), tile)
+    return PixelTiles(depth, origins, _tiled(pixel, tile, np.int32(-1)).ravel(), tile, num_columns)
+
+
+def image_order(tiles: PixelTiles) -> np.ndarray:
+    """int32 [T * P * 2] place of each pixel, given in tile order, in the image row by row, padding included."""
+    (width, height), per_tile = tiles.tile, tiles.num_pairs * 2
+    tile, within = np.divmod(np.arange(tiles.reciprocal_depth.size), per_tile)
+    row = tile // tiles.num_columns * height + within // width
+    column = tile % tiles.num_columns * width + within % width
+    return (row * (tiles.num_columns * width) + column).astype(np.int32)
 
 
 def untile(tiles: PixelTiles, values: np.ndarray, height: int, width: int) -> np.ndarray:

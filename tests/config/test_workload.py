@@ -34,7 +34,7 @@ RUN = "runs/tiny.yaml"
         ("physical_grid=[-32, 32]", "workload.physical_grid.0: must be at least 1, not -32"),
         ("physical_grid=32", "workload.physical_grid: must be a list, not 32"),
         ("pixel_tile=[7, 8]", "workload.pixel_tile.0: the width must be even (pixels go in pairs), not 7"),
-        ("pixel_tile=[32, 16]", "workload.pixel_tile: a tile has at most 240 pairs of pixels, not 256"),
+        ("pixel_tile=[32, 16]", "workload.pixel_tile: a tile has at most 122 pairs of pixels, not 256"),
         ("depth_offset_cells=-0.5", "workload.depth_offset_cells: must be at least 0, not -0.5"),
     ],
 )
@@ -52,7 +52,7 @@ def test_both_axes_are_told_together(problems):
 
 
 @pytest.mark.parametrize(
-    "override", ["pixel_tile=[30, 16]", "pixel_tile=[2, 1]", "logical_grid=[4, 4096]", "depth_offset_cells=0"]
+    "override", ["pixel_tile=[2, 122]", "pixel_tile=[2, 1]", "logical_grid=[4, 4096]", "depth_offset_cells=0"]
 )
 def test_limits_are_inside(override):
     assert load_run(RUN, [f"workload.{override}"])

@@ -13,6 +13,7 @@ from archsim.raster.eye_view import eye_view
 from archsim.shadow.grid import Grid
 from archsim.shadow.pixel_tiles import cut
 from archsim.shadow.plain import Method, grid_fragments, plan_faces, run_face
+from archsim.shadow.transform import LightTransform
 from archsim.trace.records import Op, num_instructions
 from tests.shadow.scenes import soup
 
@@ -48,7 +49,8 @@ def executed(scene, method, block=False, storage=LISTS):
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize(
-    ("block", "storage"), [(False, LISTS), (True, LISTS), (True, Storage(pool_threads=3))]
+    ("block", "storage"),
+    [(False, LISTS), (True, LISTS), (True, Storage(pool_threads=3)), (False, Storage(by_tiles=True))],
 )
 def test_equal_to_the_plain_algorithm(method, seed, block, storage):
     for plan, memory, expected, samples, depths, _ in executed(soup(seed, 30), method, block, storage):
@@ -93,6 +95,29 @@ def test_too_many_samples_for_a_float_are_refused():
     tiles = cut(np.ones((4, 4), np.float32), np.ones((4, 4), np.bool_), (4, 4))
     with pytest.raises(ArchsimError, match=r"2\^24"):
         izb_memory.lay_out(Grid(8192, 4096, 8, 8, 8, 8), tiles, np.arange(1))
+
+
+def test_pixels_lie_row_by_row_or_tile_by_tile():
+    """The nodes that the first task stores, by hand: two tiles of 4 x 2 pixels side by side."""
+    image = np.ones((2, 8), np.float32)
+    grid, tiles = Grid(8, 8, 8, 8, 8, 8), cut(image, np.ones_like(image, np.bool_), (4, 2))
+    transform = LightTransform(
+        *np.zeros((2, 4), np.float32), np.ones(4, np.float32), np.zeros((4, 4), np.float32)
+    )
+    for storage, expected in (
+        (LISTS, [0, 1, 2, 3, 8, 9, 10, 11]),
+        (Storage(by_tiles=True), [0, 1, 2, 3, 4, 5, 6, 7]),
+    ):
+        memory = izb_memory.lay_out(grid, tiles, np.arange(2), storage)
+        (tasks,) = build_work(memory, grid, tiles, transform, np.arange(2)).chunks
+        records = tasks.records[: tasks.starts[1]]
+        first_node = memory.windows[1].base + memory.first_node * 16
+        nodes = records["address"][(records["op"] == Op.STORE) & (records["address"] >= first_node)]
+        assert ((nodes - first_node) // 16).tolist() == expected
+        depths = records["address"][
+            (records["op"] == Op.LOAD) & (records["address"] < memory.windows[1].base)
+        ]
+        assert (depths // 8 - memory.first_pair).tolist() == [node // 2 for node in expected[::2]]
 
 
 TREES = Storage(structure=Structure.KD_TREE)

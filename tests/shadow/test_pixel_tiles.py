@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from archsim.shadow.pixel_tiles import cut, populated_tiles, untile
+from archsim.shadow.pixel_tiles import cut, image_order, populated_tiles, untile
 
 sizes = st.integers(1, 20)
 tiles = st.tuples(st.integers(1, 4).map(lambda k: 2 * k), st.integers(1, 6))
@@ -25,6 +25,14 @@ def test_order_by_hand():
     assert found.pixel[:8].tolist() == [0, 1, 2, 3, 6, 7, 8, 9]
     assert found.pixel[8:16].tolist() == [4, 5, -1, -1, 10, 11, -1, -1]
     assert found.origins.tolist() == [[0, 0], [4, 0], [0, 2], [4, 2]]
+
+
+def test_image_order_by_hand():
+    image = np.ones((3, 6), np.float32)  # padded to 4 x 8
+    found = image_order(cut(image, np.ones_like(image, np.bool_), (4, 2)))
+    assert found[:16].tolist() == [0, 1, 2, 3, 8, 9, 10, 11, 4, 5, 6, 7, 12, 13, 14, 15]
+    assert found[16:20].tolist() == [16, 17, 18, 19]
+    assert sorted(found.tolist()) == list(range(32))
 
 
 def test_tiles_without_samples_are_not_populated():
