@@ -18,7 +18,7 @@ from archsim.errors import fail
 from archsim.report.formats import number
 from archsim.report.sweep_page import sweep_report
 from archsim.run.folder import write_whole
-from archsim.sweep.analysis import finished, knee, pareto_front, sensitivity
+from archsim.sweep.analysis import finding, finished, knee, pareto_front, sensitivity
 from archsim.sweep.conduct import Tally
 from archsim.sweep.plan import Point, make_plan, shard
 from archsim.sweep.start import find_sweep, run_path, run_sweep
@@ -44,6 +44,7 @@ def sweep(file: str, out: Path | None, workers: tuple[int, str | None], part: st
         tally = run_sweep(config, (plan, mine), folder, (_workers(*workers), f"{index}of{count}", table))
     write_table(folder)
     write_whole(folder / "report.html", sweep_report(folder))
+    _print_findings(folder)
     _print_tally(folder, tally)
 
 
@@ -78,6 +79,7 @@ def show_sensitivity(folder: Path, metric: str | None) -> None:
     table = load_table(folder)
     chosen = metric or metrics_of(folder, table)[0]
     _print_frame(f"What moves {chosen}", sensitivity(table, parameters_of(folder), chosen))
+    print(finding(table, parameters_of(folder), chosen))
 
 
 def parse_shard(text: str) -> tuple[int, int]:
@@ -102,6 +104,15 @@ def _print_plan(plan: list[Point], mine: list[Point]) -> None:
         print(point.command if point.error is None else f"{point.command}  # fails: {point.error}")
     pictures = len({point.functional_digest or point.digest for point in mine})
     print(f"{len(mine)} of {len(plan)} points, {pictures} pictures to render", file=sys.stderr)
+
+
+def _print_findings(folder: Path) -> None:
+    """A sentence for every metric that is a statistic, once all points are there."""
+    table, parameters = load_table(folder), parameters_of(folder)
+    if len(finished(table)) == len(table):
+        for metric in metrics_of(folder, table):
+            if metric not in parameters:
+                print(finding(table, parameters, metric))
 
 
 def _print_tally(folder: Path, tally: Tally) -> None:

@@ -9,7 +9,7 @@ import pandas as pd
 from archsim.errors import ArchsimError
 from archsim.report import sweep_figures
 from archsim.report.page import render
-from archsim.sweep.analysis import amounts, finished, knee, pareto_front, sensitivity
+from archsim.sweep.analysis import amounts, finding, finished, knee, pareto_front, sensitivity
 from archsim.sweep.store import read_index
 from archsim.sweep.table import load_table, metrics_of, parameters_of
 
@@ -27,7 +27,10 @@ def sweep_report(folder: Path) -> str:
         subtitle=f"A sweep of {len(table)} points over {len(parameters)} parameters",
         counts=table["status"].value_counts().to_dict(),
         metrics=metrics,
-        sensitivities=[(metric, _records(sensitivity(table, parameters, metric))) for metric in statistics],
+        sensitivities=[
+            (metric, finding(points, parameters, metric), _records(sensitivity(table, parameters, metric)))
+            for metric in statistics
+        ],
         effects=[
             sweep_figures.effects(points, parameters, metric, f"effect{k}")
             for k, metric in enumerate(statistics)

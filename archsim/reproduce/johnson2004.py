@@ -37,8 +37,8 @@ DRAWN = "drawn_"  # and each once more, its workload drawn to table 1 alone
 RUNS = (*ROWS, *(f"{DRAWN}{row}" for row in ROWS))
 PHASES = ("izb_build", "izb_raster")
 MSHR_NOTE = (
-    "The L1 caches have 8 MSHRs, a number that is not printed: one for each thread, since a thread waits for its "
-    "access. More change nothing; experiments/johnson2004/README.md shows fewer."
+    "Every cache has 8 MSHRs with 4 targets each. Neither is printed: they are the defaults of the memory simulator "
+    "that the paper adapted. experiments/johnson2004/README.md shows others."
 )
 PAPER = Paper(
     id=ID,

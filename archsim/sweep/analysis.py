@@ -73,6 +73,46 @@ def sensitivity(table: pd.DataFrame, parameters: Sequence[str], metric: str) -> 
     return found.sort_values("range_percent", ascending=False, kind="stable").reset_index(drop=True)
 
 
+def finding(table: pd.DataFrame, parameters: Sequence[str], metric: str) -> str:
+    """What a sweep found about a metric in a sentence: where it is least and most, and what moves it."""
+    points, own = finished(table), _different(table, parameters)
+    values = amounts(points, metric)
+    if len(values) < 2 or not own:
+        return f"{metric}: one point says nothing."
+    least, most = int(values.argmin()), int(values.argmax())
+    if values[least] == values[most]:
+        return f"{metric} is {values[least]:,.10g} at all {len(values)} points."
+    more = f" (+{100 * (values[most] / values[least] - 1):.3g} %)" if values[least] > 0 else ""
+    effects = sensitivity(table, own, metric)
+    moves = [
+        f"{effects['range_percent'][row]:.3g} % over {_short(str(effects['parameter'][row]))}"
+        for row in range(len(effects))
+    ]
+    return (
+        f"{metric} is least, {values[least]:,.10g}, with {_where(points, own, least)}; "
+        f"most, {values[most]:,.10g}{more}, with {_where(points, own, most)}. "
+        f"Its means differ by {', '.join(moves)}."
+    )
+
+
+def _different(table: pd.DataFrame, parameters: Sequence[str]) -> list[str]:
+    """The parameters but those that always go with an earlier one."""
+    kept: dict[tuple[int, ...], str] = {}
+    for name in parameters:
+        kept.setdefault(tuple(pd.factorize(table[name].map(str))[0]), name)
+    return list(kept.values())
+
+
+def _where(points: pd.DataFrame, parameters: Sequence[str], row: int) -> str:
+    """The values of a point, of the parameters that it has."""
+    has = [(_short(name), points[name][row]) for name in parameters if not pd.isna(points[name][row])]
+    return ", ".join(f"{name} {value}" for name, value in has)
+
+
+def _short(parameter: str) -> str:
+    return parameter.removeprefix("machine.components.").removeprefix("workload.")
+
+
 def _amount(column: str, value: Any) -> float:
     if isinstance(value, int | float | np.integer | np.floating):
         return float(value)

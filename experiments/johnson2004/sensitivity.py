@@ -1,8 +1,8 @@
-"""What the choices that the paper leaves open do to its tables.
+"""What the choices that the paper leaves open do to its tables, as Markdown.
 
 Run: python experiments/johnson2004/sensitivity.py [ROW ...]      (default: one scene and one drawn row)
 
-First table: machines and orders, one changed at a time. The kernels are executed once for each picture; the
+First table: machines, orders and layouts, one changed at a time. The kernels are executed once for each picture; the
 same work is then played on every machine. Second table: how the raster kernel's 14 instructions could be shared between
 grid fragment, node and hit, with the stalls of the machine as configured.
 """
@@ -10,30 +10,42 @@ grid fragment, node and hit, with the stalls of the machine as configured.
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import yaml
 
 from archsim import resources
 from archsim.config import RunConfig, load_run
+from archsim.errors import ArchsimError
 from archsim.machine.build import phase_machine
 from archsim.machine.counters import Counters
 from archsim.machine.play import play
 from archsim.run.izb_work import Recorded, record, replay
+from archsim.trace.records import Op, Tasks
 
 ROWS = ("knot_light0", "drawn_doom_light0")
 DRAWN = "drawn_"
 PHASES = ("izb_build", "izb_raster")
-SHARES = ((5, 7, 2), (4, 7, 3), (3, 8, 3), (4, 8, 2), (3, 9, 2), (2, 10, 2))
-
-
-def l1_mshrs(number: int) -> list[str]:
-    return [f"machine.components.{cache}.mshrs={number}" for cache in ("cpu_l1", "fragment_l1")]
-
+POINTS = 1_310_720
+SHARES = ((5, 7, 2), (4, 7, 3), (3, 8, 3), (4, 8, 2), (3, 9, 2), (2, 10, 2))  # a fragment, a node, a hit
+L1 = "machine.components.{cpu_l1,fragment_l1}"
 
 MACHINES = {
-    "as configured: 8 MSHRs in each L1": [],
-    "2 MSHRs in each L1": l1_mshrs(2),
-    "4 MSHRs in each L1": l1_mshrs(4),
-    "16 MSHRs in each L1": l1_mshrs(16),
-    "8 MSHRs in the L2": ["machine.components.l2.mshrs=8"],
+    "as configured": [],
+    "2 MSHRs in each L1": [f"{L1}.mshrs=2"],
+    "4 MSHRs in each L1": [f"{L1}.mshrs=4"],
+    "16 MSHRs in each L1": [f"{L1}.mshrs=16"],
+    "8 targets in each L1": [f"{L1}.targets=8"],
+    "16 targets in the L2": ["machine.components.l2.targets=16"],
+    "32 MSHRs in the L2": ["machine.components.l2.mshrs=32"],
+    "32 MSHRs, 16 targets in the L2, 8 targets in each L1: none is ever waited for": [
+        "machine.components.l2.mshrs=32",
+        "machine.components.l2.targets=16",
+        f"{L1}.targets=8",
+    ],
+    "2 ports to the L2": ["machine.components.l2.ports=2"],
     "FCFS instead of FR-FCFS": ["machine.components.dram.scheduler=fcfs"],
     "channels above lines": ["machine.components.dram.address_map=row:bank:channel:line:offset"],
     "banks below lines": ["machine.components.dram.address_map=row:line:bank:channel:offset"],
@@ -41,12 +53,21 @@ MACHINES = {
     "a fragment every 4 cycles": ["machine.components.rasterizer.interval_cycles=4"],
 }
 PICTURES = {
-    "tiles in blocks": ["workload.tile_order=block"],
-    "pixels in scan lines": ["workload.pixel_tile=[64, 1]"],
-    "pixel tiles of 16 x 16": ["workload.pixel_tile=[16, 16]"],
+    "pixels tile by tile in memory": ["workload.pixel_layout=tiles"],
+    "nodes from a pool": ["workload.node_layout=pool"],
+    "pixel tiles dealt in blocks": ["workload.tile_order=block"],
+    "pixels processed in scan lines": ["workload.pixel_tile=[64, 1]"],
+    "pixel tiles of 16 x 4": ["workload.pixel_tile=[16, 4]"],
     "grid tiles of 1 x 1: row by row": ["workload.grid_tile=[1, 1]"],
     "grid tiles of 16 x 16": ["workload.grid_tile=[16, 16]"],
     "triangles in random order": ["workload.triangle_order=random"],
+    "patches of 32 x 32": ["workload.patch=[32, 32]"],
+    "patches of 128 x 128": ["workload.patch=[128, 128]"],
+}
+ONLY_DRAWN = ("workload.triangle_order", "workload.patch")
+LIST_ORDERS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
+    "lists oldest first": lambda addresses: -np.arange(len(addresses)),
+    "lists in random order": lambda addresses: (addresses // 16 * 2_654_435_761) % 2**32,
 }
 
 
@@ -56,24 +77,62 @@ def main() -> None:
     print(f"| row | changed | {columns} |")
     print("|---|---|---|---|---|---|---|---|")
     for row in sys.argv[1:] or ROWS:
-        path = resources.experiment("johnson2004") / f"{row}.yaml"
-        (work,) = record(load_run(path))
+        show_printed(row)
+        (work,) = record(load_row(row))
         for name, overrides in MACHINES.items():
-            counters = show(row, name, load_run(path, overrides), work)
+            counters = show(row, name, load_row(row, overrides), work)
             if not overrides:
-                splits.append((row, counters, work))
+                splits.append((row, counters))
+        for name, key in LIST_ORDERS.items():
+            show(row, name, load_row(row), work._replace(raster=list(reordered(work.raster, key))))
         for name, overrides in PICTURES.items():
-            own = suitable(row, overrides)
-            if own:
-                config = load_run(path, own)
-                show(row, name, config, record(config)[0])
+            if row.startswith(DRAWN) or not overrides[0].startswith(ONLY_DRAWN):
+                show_picture(row, name, load_row(row, overrides))
     show_splits(splits)
 
 
-def suitable(row: str, overrides: list[str]) -> list[str]:
-    """The overrides that a row's kind of workload knows."""
-    only_drawn = "workload.triangle_order"
-    return [each for each in overrides if row.startswith(DRAWN) or not each.startswith(only_drawn)]
+def load_row(row: str, overrides: list[str] | None = None) -> RunConfig:
+    """The run of a row; `{a,b}` in an override stands for both."""
+    return load_run(resources.experiment("johnson2004") / f"{row}.yaml", list(both(overrides or [])))
+
+
+def both(overrides: list[str]) -> Iterator[str]:
+    for override in overrides:
+        before, brace, rest = override.partition("{")
+        inside, _, after = rest.partition("}")
+        yield from (f"{before}{name}{after}" for name in inside.split(",")) if brace else (override,)
+
+
+def printed(row: str) -> list[dict[str, float]]:
+    tables = yaml.safe_load((Path(__file__).parent / "printed.yaml").read_text(encoding="utf-8"))
+    return [tables[table][row.removeprefix(DRAWN)] for table in ("table3_build", "table4_raster")]
+
+
+def show_printed(row: str) -> None:
+    build, raster = printed(row)
+    cells = [build["cycles_per_point"], build["useful_percent"], "75 - 118"]
+    cells += [raster["cycles_per_tri_sample"], raster["useful_percent"], "75 - 118"]
+    print(f"| {row} | *printed* | " + " | ".join(str(cell) for cell in cells) + " |", flush=True)
+
+
+def reordered(chunks: list[Tasks], key: Callable[[np.ndarray], np.ndarray]) -> Iterator[Tasks]:
+    """The same tasks, the nodes of every list visited in the order of a key of their addresses."""
+    for tasks in chunks:
+        records = tasks.records.copy()
+        task = np.repeat(np.arange(tasks.num_tasks), np.diff(tasks.starts))
+        nodes = np.flatnonzero((records["op"] == Op.LOAD) & (np.arange(len(task)) != tasks.starts[task]))
+        addresses = records["address"][nodes]
+        records["address"][nodes] = addresses[np.lexsort((key(addresses), task[nodes]))]
+        yield Tasks(tasks.starts, records)
+
+
+def show_picture(row: str, name: str, config: RunConfig) -> None:
+    try:
+        (work,) = record(config)
+    except ArchsimError as error:
+        print(f"| {row} | {name} | {error} | | | | | |", flush=True)
+        return
+    show(row, name, config, work)
 
 
 def show(row: str, name: str, config: RunConfig, work: Recorded) -> Counters:
@@ -84,23 +143,24 @@ def show(row: str, name: str, config: RunConfig, work: Recorded) -> Counters:
         counters = play("compiled", spec, replay(work, phase, spec))
         slots = counters.cycles * spec.core.num_cores
         miss = counters.cache_fetch_ticks[-1] / counters.cache_fetches[-1] / spec.core.period_ticks
-        each = counters.cycles / (1310720 if phase == PHASES[0] else counters.emitted.sum())
+        each = counters.cycles / (POINTS if phase == PHASES[0] else counters.emitted.sum())
         columns += [f"{each:.2f}", f"{100 * counters.useful.sum() / slots:.2f}", f"{miss:.1f}"]
     print(f"| {row} | {name} | " + " | ".join(columns) + " |", flush=True)
     return counters
 
 
-def show_splits(rows: list[tuple[str, Counters, Recorded]]) -> None:
+def show_splits(rows: list[tuple[str, Counters]]) -> None:
     """Raster cycles a sample if the instructions were shared in another way, at the same useful share of the slots."""
-    print("\n| row | " + " | ".join(f"{a} + {b} + {c}" for a, b, c in SHARES) + " |")
-    print("|---|" + "---|" * len(SHARES))
-    for row, counters, _ in rows:
+    print("\n| row | printed | " + " | ".join(f"{a} + {b} + {c}" for a, b, c in SHARES) + " |")
+    print("|---|---|" + "---|" * len(SHARES))
+    for row, counters in rows:
         fragments, hits = int(counters.tasks.sum()), int(counters.emitted.sum())
         issued = int(counters.useful.sum())
         nodes = (issued - 5 * fragments - 2 * hits) // 7
         per_instruction = counters.cycles / issued
         cells = [(a * fragments + b * nodes + c * hits) * per_instruction / hits for a, b, c in SHARES]
-        print(f"| {row} | " + " | ".join(f"{cell:.2f}" for cell in cells) + " |")
+        wanted = printed(row)[1]["cycles_per_tri_sample"]
+        print(f"| {row} | {wanted} | " + " | ".join(f"{cell:.2f}" for cell in cells) + " |")
 
 
 if __name__ == "__main__":

@@ -12,6 +12,7 @@ from archsim.raster.eye_view import eye_view
 from archsim.scene.scene import load_scene
 from archsim.shadow.grid import Grid
 from archsim.shadow.plain import Method, plan_faces, run_face
+from archsim.trace.records import RECORD, Op, Tasks
 
 FOLDER = resources.experiment("johnson2004")
 
@@ -73,3 +74,39 @@ def test_the_same_options_give_the_same_guesses(calibrate):
     np.testing.assert_array_equal(first.numbers, again.numbers)
     assert first.choices == again.choices
     assert len(theme.stage(first).mesh.triangles) == 16_372
+
+
+@pytest.fixture(scope="module")
+def sensitivity():
+    sys.path.insert(0, str(FOLDER))
+    try:
+        yield importlib.import_module("sensitivity")
+    finally:
+        sys.path.remove(str(FOLDER))
+
+
+def test_lists_in_another_order_keep_their_heads_and_tasks(sensitivity):
+    """Two tasks: a head and three nodes, of which the second is a hit; a head and one node."""
+    ops = [Op.LOAD, Op.LOAD, Op.LOAD, Op.EMIT, Op.LOAD, Op.END, Op.LOAD, Op.LOAD, Op.END]
+    records = np.zeros(len(ops), RECORD)
+    records["op"], records["address"] = ops, [4, 160, 320, 7, 480, 0, 8, 640, 0]
+    tasks = Tasks(np.array([0, 6, 9]), records)
+
+    (oldest_first,) = sensitivity.reordered([tasks], sensitivity.LIST_ORDERS["lists oldest first"])
+    (shuffled,) = sensitivity.reordered([tasks], sensitivity.LIST_ORDERS["lists in random order"])
+
+    assert oldest_first.records["address"].tolist() == [4, 480, 320, 7, 160, 0, 8, 640, 0]
+    assert sorted(shuffled.records["address"][[1, 2, 4]].tolist()) == [160, 320, 480]
+    assert shuffled.records["address"][[0, 6, 7]].tolist() == [4, 8, 640]
+    assert records["address"].tolist() == [4, 160, 320, 7, 480, 0, 8, 640, 0]
+
+
+def test_every_choice_of_the_sensitivity_table_can_be_configured(sensitivity):
+    for row in sensitivity.ROWS:
+        for overrides in (*sensitivity.MACHINES.values(), *sensitivity.PICTURES.values()):
+            if (
+                row.startswith("drawn_")
+                or not overrides
+                or not overrides[0].startswith(sensitivity.ONLY_DRAWN)
+            ):
+                assert sensitivity.load_row(row, overrides)

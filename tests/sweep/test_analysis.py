@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from archsim.errors import ArchsimError
-from archsim.sweep.analysis import amounts, knee, pareto_front, sensitivity
+from archsim.sweep.analysis import amounts, finding, knee, pareto_front, sensitivity
 
 
 def table(**columns) -> pd.DataFrame:
@@ -24,6 +24,24 @@ def test_the_front_is_sorted_and_leaves_out_what_is_beaten():
 
     assert front["cycles"].tolist() == [100, 20, 10]
     assert knee(front, ["size", "cycles"]) == 1
+
+
+def test_a_finding_by_hand():
+    """Means: 15 and 65 by threads, 10, 100 and 25 by size, over 40; `ways` always goes with `size`."""
+    points = BY_HAND.assign(ways=[8, 2, 4, 4])
+    assert finding(points, ["threads", "size", "ways"], "cycles") == (
+        "cycles is least, 10, with threads 1, size 4 KiB; most, 100 (+900 %), with threads 2, size 1 KiB. "
+        "Its means differ by 225 % over size, 125 % over threads."
+    )
+
+
+@pytest.mark.parametrize(
+    ("cycles", "sentence"),
+    [([7], "cycles: one point says nothing."), ([7, 7], "cycles is 7 at all 2 points.")],
+)
+def test_nothing_found_is_said(cycles, sentence):
+    points = table(cycles=cycles, threads=list(range(len(cycles))))
+    assert finding(points, ["threads"], "cycles") == sentence
 
 
 def test_failed_points_are_on_no_front():
