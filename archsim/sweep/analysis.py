@@ -74,7 +74,7 @@ def sensitivity(table: pd.DataFrame, parameters: Sequence[str], metric: str) -> 
 
 
 def finding(table: pd.DataFrame, parameters: Sequence[str], metric: str) -> str:
-    """What a sweep found about a metric in a sentence: where it is least and most, and what moves it."""
+    """What a sweep found about a metric: where it is least and most, and what moves it of what all points have."""
     points, own = finished(table), _different(table, parameters)
     values = amounts(points, metric)
     if len(values) < 2 or not own:
@@ -83,15 +83,15 @@ def finding(table: pd.DataFrame, parameters: Sequence[str], metric: str) -> str:
     if values[least] == values[most]:
         return f"{metric} is {values[least]:,.10g} at all {len(values)} points."
     more = f" (+{100 * (values[most] / values[least] - 1):.3g} %)" if values[least] > 0 else ""
-    effects = sensitivity(table, own, metric)
+    effects = sensitivity(table, [name for name in own if points[name].notna().all()], metric)
     moves = [
         f"{effects['range_percent'][row]:.3g} % over {_short(str(effects['parameter'][row]))}"
         for row in range(len(effects))
     ]
     return (
         f"{metric} is least, {values[least]:,.10g}, with {_where(points, own, least)}; "
-        f"most, {values[most]:,.10g}{more}, with {_where(points, own, most)}. "
-        f"Its means differ by {', '.join(moves)}."
+        f"most, {values[most]:,.10g}{more}, with {_where(points, own, most)}."
+        + (f" Its means differ by {', '.join(moves)}." if moves else "")
     )
 
 
@@ -106,7 +106,9 @@ def _different(table: pd.DataFrame, parameters: Sequence[str]) -> list[str]:
 def _where(points: pd.DataFrame, parameters: Sequence[str], row: int) -> str:
     """The values of a point, of the parameters that it has."""
     has = [(_short(name), points[name][row]) for name in parameters if not pd.isna(points[name][row])]
-    return ", ".join(f"{name} {value}" for name, value in has)
+    return ", ".join(
+        f"{name} {value:g}" if isinstance(value, float) else f"{name} {value}" for name, value in has
+    )
 
 
 def _short(parameter: str) -> str:

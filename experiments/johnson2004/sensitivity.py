@@ -1,16 +1,16 @@
 """What the choices that the paper leaves open do to its tables, as Markdown.
 
-Run: python experiments/johnson2004/sensitivity.py [ROW ...]      (default: one scene and one drawn row)
+Run: python experiments/johnson2004/sensitivity.py [--shares] [ROW ...]      (default: one scene and one drawn row)
 
-First table: machines, orders and layouts, one changed at a time. The kernels are executed once for each picture; the
-same work is then played on every machine. Second table: how the raster kernel's 14 instructions could be shared between
+Machines, orders and layouts, one changed at a time. The kernels are executed once for each picture; the same work is
+then played on every machine. With --shares instead: how the raster kernel's 14 instructions could be shared between
 grid fragment, node and hit, with the stalls of the machine as configured.
 """
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Callable, Iterator
+import argparse
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +22,7 @@ from archsim.errors import ArchsimError
 from archsim.machine.build import phase_machine
 from archsim.machine.counters import Counters
 from archsim.machine.play import play
+from archsim.machine.spec import MachineSpec
 from archsim.run.izb_work import Recorded, record, replay
 from archsim.trace.records import Op, Tasks
 
@@ -72,23 +73,31 @@ LIST_ORDERS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
 
 
 def main() -> None:
-    splits = []
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("rows", nargs="*", default=ROWS)
+    parser.add_argument("--shares", action="store_true")
+    options = parser.parse_args()
+    if options.shares:
+        show_shares(options.rows)
+    else:
+        show_changes(options.rows)
+
+
+def show_changes(rows: Sequence[str]) -> None:
+    """One choice changed at a time."""
     columns = "build cycles a point | useful % | L2 miss | raster cycles a sample | useful % | L2 miss"
     print(f"| row | changed | {columns} |")
     print("|---|---|---|---|---|---|---|---|")
-    for row in sys.argv[1:] or ROWS:
+    for row in rows:
         show_printed(row)
         (work,) = record(load_row(row))
         for name, overrides in MACHINES.items():
-            counters = show(row, name, load_row(row, overrides), work)
-            if not overrides:
-                splits.append((row, counters))
+            show(row, name, load_row(row, overrides), work)
         for name, key in LIST_ORDERS.items():
             show(row, name, load_row(row), work._replace(raster=list(reordered(work.raster, key))))
         for name, overrides in PICTURES.items():
             if row.startswith(DRAWN) or not overrides[0].startswith(ONLY_DRAWN):
                 show_picture(row, name, load_row(row, overrides))
-    show_splits(splits)
 
 
 def load_row(row: str, overrides: list[str] | None = None) -> RunConfig:
@@ -135,32 +144,37 @@ def show_picture(row: str, name: str, config: RunConfig) -> None:
     show(row, name, config, work)
 
 
-def show(row: str, name: str, config: RunConfig, work: Recorded) -> Counters:
-    """Play both phases and print a line; the raster phase's counters."""
+def show(row: str, name: str, config: RunConfig, work: Recorded) -> None:
+    """Play both phases and print a line."""
     columns = []
     for phase in PHASES:
-        spec = phase_machine(config.machine, phase).spec
-        counters = play("compiled", spec, replay(work, phase, spec))
+        spec, counters = played(config, work, phase)
         slots = counters.cycles * spec.core.num_cores
         miss = counters.cache_fetch_ticks[-1] / counters.cache_fetches[-1] / spec.core.period_ticks
         each = counters.cycles / (POINTS if phase == PHASES[0] else counters.emitted.sum())
         columns += [f"{each:.2f}", f"{100 * counters.useful.sum() / slots:.2f}", f"{miss:.1f}"]
     print(f"| {row} | {name} | " + " | ".join(columns) + " |", flush=True)
-    return counters
 
 
-def show_splits(rows: list[tuple[str, Counters]]) -> None:
+def played(config: RunConfig, work: Recorded, phase: str) -> tuple[MachineSpec, Counters]:
+    spec = phase_machine(config.machine, phase).spec
+    return spec, play("compiled", spec, replay(work, phase, spec))
+
+
+def show_shares(rows: Sequence[str]) -> None:
     """Raster cycles a sample if the instructions were shared in another way, at the same useful share of the slots."""
-    print("\n| row | printed | " + " | ".join(f"{a} + {b} + {c}" for a, b, c in SHARES) + " |")
+    print("| row | printed | " + " | ".join(f"{a} + {b} + {c}" for a, b, c in SHARES) + " |")
     print("|---|---|" + "---|" * len(SHARES))
-    for row, counters in rows:
+    for row in rows:
+        config = load_row(row)
+        _, counters = played(config, record(config)[0], PHASES[1])
         fragments, hits = int(counters.tasks.sum()), int(counters.emitted.sum())
         issued = int(counters.useful.sum())
         nodes = (issued - 5 * fragments - 2 * hits) // 7
         per_instruction = counters.cycles / issued
         cells = [(a * fragments + b * nodes + c * hits) * per_instruction / hits for a, b, c in SHARES]
         wanted = printed(row)[1]["cycles_per_tri_sample"]
-        print(f"| {row} | {wanted} | " + " | ".join(f"{cell:.2f}" for cell in cells) + " |")
+        print(f"| {row} | {wanted} | " + " | ".join(f"{cell:.2f}" for cell in cells) + " |", flush=True)
 
 
 if __name__ == "__main__":

@@ -35,6 +35,13 @@ def test_a_finding_by_hand():
     )
 
 
+def test_parameters_of_some_points_move_nothing():
+    points = table(cycles=[10, 20, 15], banks=[np.nan, 8, np.nan], order=["a", None, None])
+    assert finding(points, ["banks", "order"], "cycles") == (
+        "cycles is least, 10, with order a; most, 20 (+100 %), with banks 8."
+    )
+
+
 @pytest.mark.parametrize(
     ("cycles", "sentence"),
     [([7], "cycles: one point says nothing."), ([7, 7], "cycles is 7 at all 2 points.")],
