@@ -90,7 +90,7 @@ def test_a_broken_law_is_seen(tiny, monkeypatch):
     from archsim.machine import compiled
     from archsim.run import counted
 
-    def faulty(model, spec, work, progress, **_):
+    def faulty(model, spec, work, progress, *_):
         counters = compiled.simulate(spec, work, progress)
         counters.cache_writebacks_in[-1] -= 1
         return counters
@@ -109,6 +109,7 @@ def test_a_broken_law_is_seen(tiny, monkeypatch):
     [
         ["workload.structure=kd_tree"],
         ["workload.node_layout=pool"],
+        ["workload.pixel_layout=rows"],
         ["workload.locks=1"],
         ["workload.structure=kd_tree", "workload.node_layout=pool", "workload.tile_order=block"],
     ],
