@@ -4,27 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from archsim import resources
 from archsim.config.inheritance import find_file
 from archsim.config.sweep import SweepConfig
-from archsim.errors import did_you_mean, fail
 from archsim.sweep.conduct import Tally, conduct
 from archsim.sweep.plan import Point
 from archsim.sweep.store import Index, IndexEntry, only_one, write_index
 from archsim.sweep.watch import Watch
 from archsim.sweep.workers import Workers
-
-
-def find_sweep(name: str) -> Path:
-    """The path of a sweep's file: `name` itself, or a packaged sweep's name."""
-    if Path(name).is_file():
-        return Path(name)
-    path = resources.config("sweeps", name) if "/" not in name else resources.root() / name
-    if not path.is_file():
-        names = sorted(file.stem for file in resources.config("sweeps", "tiny").parent.glob("*.yaml"))
-        hint = did_you_mean(name, names) or f"packaged sweeps: {', '.join(names)}"
-        raise fail(f"no file and no packaged sweep '{name}'", hint=hint)
-    return path
 
 
 def run_path(config: SweepConfig, path: Path) -> str:

@@ -10,15 +10,17 @@ from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 from archsim.config import RunConfig
-from archsim.config.components import CacheConfig, CoreConfig, LocksConfig, UnitConfig
+from archsim.config.components import CacheConfig, CoreConfig, FifoConfig, LocksConfig, UnitConfig
 from archsim.config.dram import DramConfig
 from archsim.config.machine import MachineConfig
+from archsim.config.stages import DelayStreamConfig, StageConfig
 from archsim.config.sweep import SweepConfig
 from archsim.errors import fail
 from archsim.sweep.expand import flow
 from archsim.units import format_bytes
 
 _PLENTY = 1024  # MSHRs, targets and ports that nobody can use up
+_MANY = 256  # accesses under way of a unit or a delay stream
 _MORE_THREADS = 16
 _LARGER = 64
 _MOST_THREADS, _LARGEST = 4096, 2**40
@@ -37,6 +39,7 @@ class Outcome(NamedTuple):
 def ideal_parts(config: RunConfig) -> dict[str, Overrides]:
     """Idea -> the values that make a part of the run's machine ideal."""
     machine = config.machine
+    stages = machine.all_of(StageConfig)
     found = {
         "perfect L1": dict(_perfect_first_level(machine)),
         "perfect L2": dict(_perfect_second_level(machine)),
@@ -54,6 +57,10 @@ def ideal_parts(config: RunConfig) -> dict[str, Overrides]:
             _key(name, "threads"): min(core.threads * _MORE_THREADS, _MOST_THREADS)
             for name, core in machine.all_of(CoreConfig).items()
         },
+        **{f"ideal {name}": _ideal_stage(name, stage) for name, stage in stages.items()},
+        "instant memory": dict(_instant_memory(machine)) if stages else {},
+        "unlimited accesses under way": _unlimited_accesses(machine),
+        "unlimited fifos": {_key(name, "entries"): _PLENTY for name in machine.all_of(FifoConfig) if stages},
     }
     return {idea: overrides for idea, overrides in found.items() if overrides}
 
@@ -144,6 +151,27 @@ def _unlimited_dram(machine: MachineConfig) -> Iterator[tuple[str, Any]]:
                 "latency_clocks": dram.timing.n_cl + dram.burst_beats // dram.data_rate,
             },
         )
+
+
+def _ideal_stage(name: str, stage: StageConfig) -> Overrides:
+    """A unit that takes a task every cycle, computes it in one and passes it on in the next."""
+    fastest = {"interval_cycles": 1, "latency_cycles": 1, "lanes": _PLENTY}
+    return {_key(name, key): value for key, value in fastest.items() if getattr(stage, key) != value}
+
+
+def _unlimited_accesses(machine: MachineConfig) -> Overrides:
+    """Units and delay streams that need not wait for their accesses before they ask for more."""
+    asking = [name for name, stage in machine.all_of(StageConfig).items() if stage.memory is not None]
+    streams = list(machine.all_of(DelayStreamConfig))
+    in_flight = {_key(name, "in_flight"): _MANY for name in asking}
+    return {**in_flight, **{_key(name, "outstanding"): _MANY for name in (*asking, *streams)}}
+
+
+def _instant_memory(machine: MachineConfig) -> Iterator[tuple[str, Any]]:
+    """Every DRAM of a pipeline replaced by a memory that answers in its next clock."""
+    for name, dram in machine.all_of(DramConfig).items():
+        size = format_bytes(dram.capacity_bytes)
+        yield _key(name), {"kind": "ideal_dram", "clock": dram.clock, "size": size, "latency_clocks": 1}
 
 
 def _no_refresh(machine: MachineConfig) -> Iterator[tuple[str, Any]]:

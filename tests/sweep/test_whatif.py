@@ -12,16 +12,17 @@ from archsim.sweep.whatif import ideal_parts, outcomes, whatif_sweep
 SMALL = ["scene.resolution=[16, 12]"]
 
 
-@pytest.mark.parametrize("run", ["tiny", "izb_knot"])
+@pytest.mark.parametrize("run", ["tiny", "izb_knot", "lograster_tiny", "hsv_knights_hierarchical"])
 def test_every_idea_and_pair_is_a_run(run):
     config = load_run(f"runs/{run}.yaml")
-    sweep, chosen = whatif_sweep(config, f"runs/{run}.yaml", pairs=True)
+    pairs = "izb" in run or run == "tiny"
+    sweep, chosen = whatif_sweep(config, f"runs/{run}.yaml", pairs)
 
     points = make_plan(sweep, f"runs/{run}.yaml")
 
     assert len(points) == len(chosen) == len({point.digest for point in points})  # equal pairs only once
     assert {(idea,) for idea in ideal_parts(config)} <= set(chosen)
-    assert max(map(len, chosen)) == 2
+    assert max(map(len, chosen)) == 1 + pairs
     assert [point.error for point in points if point.error] == []
 
 
@@ -35,6 +36,16 @@ def test_only_what_is_not_ideal_already_is_an_idea():
     assert "ideal rasterizer" not in tiny
     assert "no refresh" not in tiny
     assert set(ideal_parts(load_run("runs/tiny.yaml", limited))) == {*tiny, "ideal rasterizer", "no refresh"}
+
+
+def test_units_of_a_pipeline_are_parts_too():
+    found = ideal_parts(load_run("runs/hsv_knights_hierarchical.yaml"))
+
+    assert {"ideal stage_1", "ideal stencil", "instant memory", "unlimited fifos"} <= set(found)
+    assert not {"perfect L1", "zero lock cost"} & set(found)
+    assert found["ideal stage_1"].keys() <= {
+        f"machine.components.stage_1.{key}" for key in ("interval_cycles", "latency_cycles", "lanes")
+    }
 
 
 def ideal(idea):
