@@ -11,14 +11,13 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
-from archsim.cli.configs import find_run
-from archsim.cli.reproduce import PAPERS
+from archsim.cli.configs import find_config, find_run
 from archsim.config import RunConfig, SweepConfig, load_run, load_sweep, resolved_yaml
-from archsim.errors import did_you_mean, fail
 from archsim.report.comparison_page import comparison_report
 from archsim.report.run_page import run_report
 from archsim.report.sweep_page import sweep_report
 from archsim.reproduce.cells import Cell
+from archsim.reproduce.papers import paper_named
 from archsim.run import simulate as simulate_run
 from archsim.run.folder import load_folder, write_whole
 from archsim.run.manifest import make_manifest
@@ -27,7 +26,7 @@ from archsim.run.result import Result
 from archsim.sweep.analysis import finished, pareto_front, sensitivity
 from archsim.sweep.expand import overrides as override_texts
 from archsim.sweep.plan import make_plan
-from archsim.sweep.start import find_sweep, run_path, run_sweep
+from archsim.sweep.start import run_path, run_sweep
 from archsim.sweep.store import INDEX, check_folder
 from archsim.sweep.table import load_table, metrics_of, parameters_of, write_table
 from archsim.sweep.watch import SilentWatch
@@ -113,7 +112,7 @@ def sweep(file: str | Path | Mapping[str, Any], out: str | Path | None = None, j
     if isinstance(file, Mapping):
         config, run = SweepConfig.model_validate(dict(file)), find_run(str(file["run"]))
     else:
-        path = find_sweep(str(file))
+        path = Path(find_config("sweeps", str(file)))
         config = load_sweep(path)
         run = run_path(config, path)
     folder = Path(out) if out is not None else Path("runs") / f"sweep-{config.name}"
@@ -127,9 +126,7 @@ def sweep(file: str | Path | Mapping[str, Any], out: str | Path | None = None, j
 
 def reproduce(paper: str = "johnson2004", progress: Progress = silent) -> Reproduced:
     """Simulate what a paper's tables are about; other processes do the work, see `sweep`."""
-    if paper not in PAPERS:
-        raise fail(f"no paper '{paper}'", hint=did_you_mean(paper, PAPERS) or f"papers: {', '.join(PAPERS)}")
-    found = PAPERS[paper].reproduce(progress)
+    found = paper_named(paper).reproduce(progress)
     return Reproduced(paper, found.cells, found.rows)
 
 

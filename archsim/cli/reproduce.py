@@ -6,28 +6,25 @@ import shutil
 import sys
 import time
 from pathlib import Path
-from types import ModuleType
 
 from archsim.cli.bars import Bars
 from archsim.cli.console import print_tables
 from archsim.cli.run import report_failed, run_files
 from archsim.cli.walkthrough import frames_beside
-from archsim.errors import did_you_mean, fail
+from archsim.errors import fail
 from archsim.report.reproduction_page import reproduction_report
 from archsim.report.tables import tables
-from archsim.reproduce import aila2004, johnson2004, lloyd2007
+from archsim.reproduce import aila2004
+from archsim.reproduce.papers import paper_named
 from archsim.reproduce.reproduction import Reproduction
 from archsim.run.folder import MANIFEST, as_json, check_target, fill_run, publish
 from archsim.run.manifest import common_manifest
 from archsim.run.progress import Progress
 
-PAPERS: dict[str, ModuleType] = {paper.ID: paper for paper in (johnson2004, aila2004, lloyd2007)}
-
 
 def reproduce(paper: str, out: Path | None, json_only: bool, frames: int | None = None) -> None:
     """Simulate the rows, leave a folder with their run folders and the report, print the tables."""
-    if paper not in PAPERS:
-        raise fail(f"no paper '{paper}'", hint=did_you_mean(paper, PAPERS) or f"papers: {', '.join(PAPERS)}")
+    module = paper_named(paper)
     if frames is not None and paper != aila2004.ID:
         raise fail(f"'{paper}' has no walkthroughs, so no frames", hint=f"papers with frames: {aila2004.ID}")
     target = out or Path("runs") / f"reproduce-{paper}"
@@ -45,7 +42,7 @@ def reproduce(paper: str, out: Path | None, json_only: bool, frames: int | None 
     if json_only:
         print(_cells_json(reproduction), end="")
     else:
-        print_tables(tables(PAPERS[paper].PAPER, reproduction.cells))
+        print_tables(tables(module.PAPER, reproduction.cells))
         print(f"written to {folder} (open {folder}/report.html)")
     of_rows = [(row.result.name, check) for row in reproduction.rows.values() for check in row.result.checks]
     report_failed([*of_rows, *((paper, check) for check in reproduction.checks)])
@@ -55,7 +52,7 @@ def _simulated(paper: str, progress: Progress, unfinished: Path, frames: int | N
     """The rows and cells; frames of walkthroughs are kept until all are there."""
     if paper == aila2004.ID:
         return aila2004.reproduce(progress, unfinished, [] if frames is None else [f"frames={frames}"])
-    reproduction: Reproduction = PAPERS[paper].reproduce(progress)
+    reproduction: Reproduction = paper_named(paper).reproduce(progress)
     return reproduction
 
 
@@ -65,7 +62,7 @@ def _fill(folder: Path, paper: str, reproduction: Reproduction, seconds: float) 
     for name, row in reproduction.rows.items():
         fill_run(folder / name, run_files(row.result, row.config, row.wall_seconds))
     results = {name: row.result for name, row in reproduction.rows.items()}
-    report = reproduction_report(PAPERS[paper].PAPER, reproduction, results, manifest)
+    report = reproduction_report(paper_named(paper).PAPER, reproduction, results, manifest)
     (folder / "report.html").write_text(report, encoding="utf-8")
     (folder / "cells.json").write_text(_cells_json(reproduction), encoding="utf-8")
     (folder / MANIFEST).write_text(as_json(manifest), encoding="utf-8")

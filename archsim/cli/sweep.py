@@ -11,6 +11,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
+from archsim.cli.configs import find_config
 from archsim.cli.edge import FAILED_CHECK
 from archsim.cli.watch import LiveTable
 from archsim.config import load_sweep
@@ -21,7 +22,7 @@ from archsim.run.folder import write_whole
 from archsim.sweep.analysis import finding, finished, knee, pareto_front, sensitivity
 from archsim.sweep.conduct import Tally
 from archsim.sweep.plan import Point, make_plan, shard
-from archsim.sweep.start import find_sweep, run_path, run_sweep
+from archsim.sweep.start import run_path, run_sweep
 from archsim.sweep.store import check_folder, read_index
 from archsim.sweep.table import load_table, metrics_of, parameters_of, write_table
 from archsim.sweep.workers import DaskWorkers, LocalWorkers, Workers
@@ -29,7 +30,7 @@ from archsim.sweep.workers import DaskWorkers, LocalWorkers, Workers
 
 def sweep(file: str, out: Path | None, workers: tuple[int, str | None], part: str, dry_run: bool) -> None:
     """Do what is not done yet of a sweep; leave its table. Exit code 1 if a point failed."""
-    path = find_sweep(file)
+    path = Path(find_config("sweeps", file))
     config = load_sweep(path)
     index, count = parse_shard(part)
     plan = make_plan(config, run_path(config, path))

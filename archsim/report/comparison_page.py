@@ -37,7 +37,7 @@ def comparison_report(runs: Sequence[StoredRun]) -> str:
     return render(
         "comparison.html.j2",
         title=" / ".join(names),
-        subtitle=f"{len(runs)} runs compared with the first of them",
+        subtitle=f"{len(runs)} runs; the first, {names[0]}, is the baseline of every per cent",
         names=names,
         headlines=[row for row in statistics if row.name in runs[0].result.summary],
         config=_config(runs),

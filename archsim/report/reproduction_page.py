@@ -7,8 +7,9 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from archsim.report import figures
+from archsim.report.advice import advice
 from archsim.report.page import render, shadow_caption, shadow_uri
-from archsim.report.run_page import cache_outcomes, row_outcomes
+from archsim.report.run_page import cache_outcomes, roof_of, row_outcomes
 from archsim.report.statistics import Phase, phases
 from archsim.report.tables import FAIR_PERCENT, GOOD_PERCENT, grade, tables
 from archsim.reproduce.cells import CALIBRATED, EXACT, KINDS, PREDICTED, Cell, Paper
@@ -37,6 +38,8 @@ def reproduction_report(
         grade=grade,
         pictures=reproduction.pictures,
         stalls=figures.stall_stack(ran) if ran else "",
+        advice=[(name, advice(phase)) for name, phase in ran.items()],
+        roofline=figures.roofline({name: roof for name, phase in ran.items() if (roof := roof_of(phase))}),
         outcomes=_outcomes(cache_outcomes, ran, "lookups", "caches"),
         dram=_outcomes(row_outcomes, ran, "requests", "rows"),
         rows=list(results),

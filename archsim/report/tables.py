@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from archsim.reproduce.cells import Cell, Paper
 
+MOST_GROUPS = 4  # rows of a paper's table that fit beside each other with printed, ours and error
 GOOD_PERCENT, FAIR_PERCENT = 5.0, 15.0  # largest errors of the first two grades
 
 
@@ -27,6 +28,11 @@ class TableView(NamedTuple):
     rows: list[str]  # the paper's rows
     lines: list[Line]
     notes: list[str]
+
+    @property
+    def is_wide(self) -> bool:
+        """Whether three columns for each of the paper's rows are more than a page is wide."""
+        return len(self.rows) > MOST_GROUPS
 
     @property
     def is_new(self) -> bool:
