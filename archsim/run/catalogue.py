@@ -58,6 +58,7 @@ SECTIONS = [
     Section("Shadow maps: each, besides what is said of pipelines", "{map}", shadow_map_statistics.EACH),
     Section("Shadow maps: the evaluator of G(y')", "evaluator", shadow_map_statistics.EVALUATOR),
     Section("Shadow maps: the picture", "image", shadow_map_statistics.IMAGE),
+    Section("Shadow maps: the picture beside a traced one", "image", shadow_map_statistics.COMPARED),
     Section("Walkthroughs with shadow volumes", "walkthrough", walkthrough.COUNTS),
     Section("Walkthroughs: each variant, averaged", "{variant}", shadow_volume_statistics.TRAFFIC),
     Section("Replayed address traces: the trace", "trace", replay_statistics.TRACE),

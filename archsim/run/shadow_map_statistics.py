@@ -37,20 +37,24 @@ class Frame(NamedTuple):
 
     seen: np.ndarray  # bool [height, width]
     shadow: np.ndarray  # bool [height, width]
-    expected: np.ndarray | None  # bool [height, width] traced
     error: np.ndarray  # float64 [n] m of the pixels seen
-
-    def wrong(self, dark: bool) -> float:
-        """Share of the pixels seen that are dark, or light, and should not be; 0 if nothing was traced."""
-        if self.expected is None:
-            return 0.0
-        return percent(
-            (self.seen & (self.shadow != self.expected) & (self.shadow == dark)).sum(), self.seen.sum()
-        )
 
     def below(self, share: float) -> float:
         """m that a share of the pixels stay below, in per cent."""
         return float(np.percentile(self.error, share)) if len(self.error) else 0.0
+
+
+class Comparison(NamedTuple):
+    """The same picture as the maps shadow it and as it should be."""
+
+    seen: np.ndarray  # bool [height, width]
+    shadow: np.ndarray  # bool [height, width]
+    expected: np.ndarray  # bool [height, width]
+
+    def wrong(self, dark: bool) -> float:
+        """Share of the pixels seen that are dark, or light, and should not be."""
+        wrong = self.seen & (self.shadow != self.expected) & (self.shadow == dark)
+        return percent(wrong.sum(), self.seen.sum())
 
 
 def _texels(each: PlayedMap) -> int:
@@ -210,19 +214,22 @@ IMAGE = [
     ),
     Measure("m_95", "pixels", "The m that 95 % of the pixels stay below.", lambda frame: frame.below(95)),
     Measure("m_most", "pixels", "The largest m.", lambda frame: frame.below(100)),
+]
+
+COMPARED = [
     Measure(
         "too_dark_percent",
         "%",
-        "Pixels in shadow that traced shadows leave lit; 0 if nothing was traced.",
-        lambda frame: frame.wrong(True),
+        "Pixels in shadow that traced shadows leave lit.",
+        lambda both: both.wrong(True),
     ),
     Measure(
         "too_light_percent",
         "%",
-        "Pixels lit that traced shadows cover; 0 if nothing was traced.",
-        lambda frame: frame.wrong(False),
+        "Pixels lit that traced shadows cover.",
+        lambda both: both.wrong(False),
     ),
-    Measure("wrong_percent", "%", "Both together.", lambda frame: frame.wrong(True) + frame.wrong(False)),
+    Measure("wrong_percent", "%", "Both together.", lambda both: both.wrong(True) + both.wrong(False)),
 ]
 
 
