@@ -14,7 +14,7 @@ from archsim.machine.loading import load_next, nothing_loaded
 from archsim.machine.loop import BAD_UNLOCK, NEEDS_ROOM, NEEDS_TASKS, play
 from archsim.machine.spec import MachineSpec
 from archsim.machine.state import ANSWER, RUN, Machine, State
-from archsim.machine.waits import new_waits
+from archsim.machine.waits import all_latencies, new_waits
 from archsim.machine.watch import Levels, Watch
 from archsim.machine.watching import Collector
 from archsim.model.cache.compiled_state import (
@@ -26,7 +26,6 @@ from archsim.model.cache.compiled_state import (
     READ,
     WRITE,
     WRITEBACK,
-    CacheState,
     cache_table,
     most_fetches,
     most_sent,
@@ -38,7 +37,7 @@ from archsim.model.compiled import NEVER, QueueState, grown, integers, new_queue
 from archsim.model.core.compiled import NO_TASK, new_cores
 from archsim.model.core.spec import TaskOrder
 from archsim.model.dram.commands import DRAM_COUNTERS, CommandSink
-from archsim.model.dram.compiled import DramState, new_dram, recording, take_log
+from archsim.model.dram.compiled import new_dram, recording, take_log
 from archsim.model.dram.spec import DramSpec
 from archsim.model.fifo.compiled import new_fifo
 from archsim.model.locks.compiled import new_locks
@@ -68,7 +67,7 @@ def simulate(
     if sink is not None:
         state = state._replace(dram=recording(state.dram))
     if work.num_tasks == 0:
-        return _counters(spec, state)
+        return _counters(spec, machine, state)
 
     def with_room(state: State) -> State:
         if collector is not None:
@@ -101,7 +100,7 @@ def simulate(
         progress(work.num_tasks, work.num_tasks)
     if sink is not None:
         take_log(state.dram, sink)
-    return _counters(spec, state)
+    return _counters(spec, machine, state)
 
 
 def _machine(spec: MachineSpec) -> Machine:
@@ -228,7 +227,7 @@ def _waits_for(spec: MachineSpec, state: State, number: int) -> str:
     return f"core {core} thread {thread} waits for lock {address}, held by core {holder_core} thread {holder}"
 
 
-def _counters(spec: MachineSpec, state: State) -> Counters:
+def _counters(spec: MachineSpec, machine: Machine, state: State) -> Counters:
     """What the state says at the end of a run."""
     cores, locks = state.core.cores, state.locks.counts[0]
     run, period = state.run[0], spec.core.period_ticks
@@ -242,18 +241,19 @@ def _counters(spec: MachineSpec, state: State) -> Counters:
         locks_waited=int(locks["waited"]),
         lock_wait_ticks=int(locks["wait_cycles"]) * period,
         drained_cycles=drained_cycles(state.run, period, spec.dram.period_ticks),
-        **memory_counters(state.cache, state.dram, run["cycle"], period),
+        **memory_counters(state, machine.caches["hit_cycles"], period),
     )
 
 
-def memory_counters(
-    cache: CacheState, dram: DramState, last_cycle: int, period_ticks: int
-) -> dict[str, np.ndarray]:
-    """The counters of caches and DRAM by name, at the end of a run whose `last_cycle` has been played."""
-    caches, channels = cache.caches, dram.channels
+def memory_counters(state: Any, hit_cycles: np.ndarray, period_ticks: int) -> dict[str, np.ndarray]:
+    """The counters of caches and DRAM by name, at the end of a run, of cores or of stages. `hit_cycles`: [K]."""
+    cache, last_cycle = state.cache, state.run[0]["cycle"]
+    caches, channels = cache.caches, state.dram.channels
     is_blocked = caches["blocked_since"] != NOT_BLOCKED
     by_kind, by_outcome = cache.accepted.sum(axis=2), cache.accepted.sum(axis=1)
+    answered = by_kind[:, READ] + by_kind[:, WRITE] + caches["clears"]
     return {
+        "latencies": all_latencies(state.waits, hit_cycles, answered),
         "cache_reads": by_kind[:, READ].copy(),
         "cache_writes": by_kind[:, WRITE].copy(),
         "cache_writebacks_in": by_kind[:, WRITEBACK].copy(),

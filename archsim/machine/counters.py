@@ -8,6 +8,7 @@ import numpy as np
 
 from archsim.machine.spec import MachineSpec
 from archsim.model.causes import num_causes
+from archsim.model.latency import NUM_CLASSES
 
 # Why an issue slot was empty. Behind these come the causes of waits for memory: STALL_MEMORY + number (model/causes).
 STALL_NO_WORK = 0
@@ -27,6 +28,9 @@ class Counters(NamedTuple):
     locks_waited: int  # LOCK operations that found the lock held
     lock_wait_ticks: int  # ticks between asking and grant, summed over those
     drained_cycles: int  # core cycles, rounded up, until nothing was on its way any more
+    latencies: (
+        np.ndarray
+    )  # [K + 1, NUM_CLASSES] requests answered at each cache and the DRAM, by class of latency
     cache_reads: np.ndarray  # [K] read lookups (LOAD, or a child's fetch) that were accepted
     cache_writes: np.ndarray  # [K] write lookups (STORE) that were accepted
     cache_writebacks_in: np.ndarray  # [K] writes from children, back or through, that were accepted
@@ -70,6 +74,7 @@ def no_counters(spec: MachineSpec) -> Counters:
         "stalled": (num_cores, STALL_MEMORY + num_causes(num_caches)),
         "tasks": (num_cores,),
         "emitted": (num_cores,),
+        "latencies": (num_caches + 1, NUM_CLASSES),
     }
     values: dict[str, Any] = {}
     for name in Counters._fields:

@@ -14,7 +14,9 @@ from archsim.model.cache import arbitration, compiled_clear
 from archsim.model.cache import compiled as cache_model
 from archsim.model.cache.compiled_state import (
     CLEAR,
+    HIT,
     MERGE,
+    MISS,
     NO_LINE,
     NO_MSHR,
     NOT_BLOCKED,
@@ -42,7 +44,7 @@ def access(spec: Machine, state: State, cycle, core, request):
     if state.cache.watched[cache] and request.kind != CLEAR:
         see(state, cycle, request.requester, request)
     at_once = spec.is_private[cache] and queue_model.num_items(state.cache.inbox, cache) == 0
-    if not (at_once and _accept(spec, state, cycle, cache, request)):
+    if not (at_once and _accept(spec, state, cycle, cache, request) != REFUSED):
         put(spec, state, cycle, cache, core, request)
 
 
@@ -72,12 +74,13 @@ def _look_up(spec, state, cycle, cache):
             position = arbitration.chosen(spec.caches[cache], owner, inbox, cache, cycle)
             waiting = inbox.items[cache, queue_model.slot_of(inbox, cache, position)]
         request = Request(waiting["address"], waiting["bytes"], waiting["kind"], waiting["requester"])
-        if not _accept(spec, state, cycle, cache, request):
+        outcome = _accept(spec, state, cycle, cache, request)
+        if outcome == REFUSED:
             owner["blocked_since"] = cycle
             owner["lookup_due"] = _next_try(spec, state, cycle, cache)
             return
         if waiting["arrival"] < cycle and request.kind != WRITEBACK:
-            _note_accepted(state, cycle, cache, waiting)
+            _note_accepted(spec, state, cycle, cache, (waiting, outcome))
         owner["last_sender"] = waiting["rank"]
         if position == 0:
             queue_model.drop_oldest(inbox, cache)
@@ -91,10 +94,14 @@ def _look_up(spec, state, cycle, cache):
 
 
 @step
-def _note_accepted(state, cycle, cache, waiting):
-    """The cache accepts in `cycle` a request that had to wait."""
-    owner, requester, arrival = state.cache.caches[cache], waiting["requester"], waiting["arrival"]
+def _note_accepted(spec, state, cycle, cache, accepted):
+    """The cache accepts in `cycle` a request that had to wait; accepted: it, and what the lookup returned."""
+    owner, (waiting, outcome) = state.cache.caches[cache], accepted
+    requester, arrival = waiting["requester"], waiting["arrival"]
     if requester >= 0:
+        state.waits.threads[requester]["asked"] = arrival
+        if outcome == HIT:
+            waits.count_latency(state.waits, cache, cycle + spec.caches[cache]["hit_cycles"] - arrival)
         state.core.threads[requester]["reason"] = IN_PARTS
         waits.note_accepted(state.waits.threads[requester], owner, arrival, cycle)
     else:
@@ -116,13 +123,13 @@ def _next_try(spec, state, cycle, cache):
 
 @inlined_step
 def _accept(spec, state, cycle, cache, request):
-    """Whether the cache accepts the request in `cycle`; sends what follows from it."""
+    """HIT if the cache answers the request of `cycle` by itself, else MISS, or REFUSED; sends what follows from it."""
     if cache_model.hits(spec.caches, state.cache, cache, request):
         if request.kind == WRITEBACK:
             _take_write(state, cycle, request.requester)
         else:
             _answer_hit(state, cycle + spec.caches[cache]["hit_cycles"], cache, request.requester)
-        return True
+        return HIT
     return _accept_otherwise(spec, state, cycle, cache, request)
 
 
@@ -131,12 +138,15 @@ def _accept_otherwise(spec, state, cycle, cache, request):
     """The same for a request that is more than a use of a line that is present."""
     outcome = cache_model.accept(spec.caches, state.cache, cycle, cache, request)
     if outcome == REFUSED:
-        return False
-    arrival = cycle + spec.caches[cache]["hit_cycles"]
+        return REFUSED
+    is_answered, arrival = False, cycle + spec.caches[cache]["hit_cycles"]
     if request.kind == WRITEBACK:
         _take_write(state, cycle, request.requester)
     elif outcome != MERGE and state.cache.caches[cache]["fetch"] == NO_MSHR:
         _answer_hit(state, arrival, cache, request.requester)
+        is_answered = True
+    elif request.requester >= 0:
+        state.waits.threads[request.requester]["asked"] = cycle
 
     fetch_first = spec.caches[cache]["victim_order"] == VictimOrder.FETCH_FIRST
     if not fetch_first:
@@ -147,7 +157,7 @@ def _accept_otherwise(spec, state, cycle, cache, request):
         state.cache.caches[cache]["writethroughs_out"] += parts
     if fetch_first:
         send_victim(spec, state, arrival, cache)
-    return True
+    return HIT if is_answered else MISS
 
 
 @inlined_step
@@ -275,6 +285,7 @@ def access_dram(spec: Machine, state: State, cycle, rank, bursts, request):
     queued = dram_model.send(spec.dram, state.dram, ticks, request.address, rank, is_write)
     queued["bursts"] = bursts
     queued["requester"] = _fetcher(len(spec.caches), request.requester)
+    state.waits.threads[request.requester]["asked"] = cycle
     ring = dram_model.ring_of_request(spec.dram, request.address, is_write)
     _look_after(spec, state, cycle, state.dram.queue, ring)
 
@@ -370,9 +381,12 @@ def _fill_tree(spec, state, cycle):
         num_filling -= 1
         cache, part, mshr = _mshr_of(state.filling[num_filling])
         if cache == len(state.cache.caches):  # asked of the DRAM without a cache
-            _wake(state, mshr)
+            _wake(state, cycle, cache, mshr)
             continue
         wait = state.waits.fetches[cache, mshr]
+        parent = spec.caches[cache]["parent"]
+        level = parent if parent != DRAM_PARENT else len(spec.caches)
+        waits.count_latency(state.waits, level, cycle - state.cache.mshrs[cache, mshr]["arrival"])
         waits.note_answered(wait, cycle, part, state.sources[num_filling])
         if not cache_model.fill(spec.caches, state.cache, cycle, cache, mshr):
             continue
@@ -387,12 +401,13 @@ def _fill_tree(spec, state, cycle):
                 num_filling += 1
             else:
                 state.waits.threads[requester]["source"] = mshr
-                _wake(state, requester)
+                _wake(state, cycle, cache, requester)
 
 
 @inlined_step
-def _wake(state, number):
-    """The thread's data is here: it is ready in this cycle."""
+def _wake(state, cycle, level, number):
+    """The data that the thread asked of this level is here: it is ready in `cycle`."""
     thread = state.core.threads[number]
+    waits.count_latency(state.waits, level, cycle - state.waits.threads[number]["asked"])
     thread["reason"] = IN_PARTS
     core_model.wake_now(state.core, thread)

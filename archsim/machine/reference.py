@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from typing import Any, cast
 
@@ -21,6 +22,7 @@ from archsim.model.core.spec import TaskOrder
 from archsim.model.dram.commands import COMMAND, DRAM_COUNTERS, CommandSink
 from archsim.model.dram.reference import Dram
 from archsim.model.fifo.reference import Fifo
+from archsim.model.latency import NUM_CLASSES
 from archsim.model.locks.reference import Locks
 from archsim.model.reference import Phase, at
 from archsim.model.unit.reference import Source
@@ -245,6 +247,7 @@ def memory_counters(caches: list[Cache], dram: Dram) -> dict[str, np.ndarray]:
         "cache_writes": _array(cache.accepted[Kind.WRITE] for cache in caches),
         "cache_writebacks_in": _array(cache.accepted[Kind.WRITEBACK] for cache in caches),
         "cache_clears": _array(cache.accepted[Kind.CLEAR] for cache in caches),
+        "latencies": np.array([_by_class(level.latencies) for level in caches] + [_by_class(dram.latencies)]),
         **{f"cache_{name}": _array(getattr(cache, name) for cache in caches) for name in CACHE_COUNTS},
         **{
             f"dram_{name}": _array(channel.counts[name] for channel in dram.channels)
@@ -255,3 +258,7 @@ def memory_counters(caches: list[Cache], dram: Dram) -> dict[str, np.ndarray]:
 
 def _array(values: Iterable[int]) -> np.ndarray:
     return np.array(list(values), np.int64)
+
+
+def _by_class(latencies: Counter[int]) -> np.ndarray:
+    return _array(latencies[number] for number in range(NUM_CLASSES))

@@ -15,10 +15,12 @@ from archsim.model.cache.spec import DRAM_PARENT
 from archsim.model.causes import AT_CACHE, AtCache, AtDram
 from archsim.model.compiled import inlined_step, record, step
 from archsim.model.dram.compiled_state import REQUEST_WAIT
+from archsim.model.latency import NUM_CLASSES, class_of
 
 IN_PARTS = 0xFFFFFFFF  # reason of a thread whose wait has several causes
 LOOKUP_HIT = 0xFFFFFFFF  # `source` of what the lookup itself answered
 
+_class_of = inlined_step(class_of)
 _LOOKUP, _PORT = int(AtCache.LOOKUP), int(AtCache.PORT)
 _QUEUE, _REFRESH, _ACTIVATION, _TURNAROUND, _BUS = (int(cause) for cause in AtDram)
 
@@ -26,6 +28,7 @@ _WAIT_FIELDS = (
     "refused_until",  # cycle behind the last one before `accepted` in which the cache refused a request
     "accepted",  # cycle in which the request was accepted, if not as it came; of a fetch in parts: the last of them
     "answered",  # cycle in which the last part so far came
+    "asked",  # cycle in which the request came, if it was not answered at once
 )
 _WAIT_INDICES = (
     "lack",  # AtCache: what the refused request lacked
@@ -40,9 +43,12 @@ class WaitsState(NamedTuple):
 
     threads: np.ndarray  # WAIT [N] of the last request of a thread, at its cache
     fetches: np.ndarray  # WAIT [K, M] of the fetch of an MSHR, at the next level
+    latencies: (
+        np.ndarray
+    )  # [K + 1, NUM_CLASSES] requests answered, by class; without those that hit as they came
     dram: (
         np.ndarray
-    )  # REQUEST_WAIT [K + 1, M or more] of the same at the DRAM; at last, of threads without a cache
+    )  # REQUEST_WAIT [K + 1, M or more] of the same, at the DRAM; at last, of threads without cache
 
 
 def new_waits(num_threads: int, mshrs: np.ndarray, are_threads_at_dram: bool) -> WaitsState:
@@ -52,8 +58,23 @@ def new_waits(num_threads: int, mshrs: np.ndarray, are_threads_at_dram: bool) ->
     return WaitsState(
         threads=np.zeros(num_threads, WAIT),
         fetches=np.zeros((num_caches, num_mshrs), WAIT),
+        latencies=np.zeros((num_caches + 1, NUM_CLASSES), np.int64),
         dram=np.zeros((num_caches + 1, width), REQUEST_WAIT),
     )
+
+
+def all_latencies(waits: WaitsState, hit_cycles: np.ndarray, answered: np.ndarray) -> np.ndarray:
+    """[K + 1, NUM_CLASSES] requests answered, by class. `hit_cycles`, `answered`: [K] requests, of the caches."""
+    latencies = waits.latencies.copy()
+    for cache, cycles in enumerate(hit_cycles.tolist()):
+        latencies[cache, class_of(cycles)] += answered[cache] - latencies[cache].sum()
+    return latencies
+
+
+@inlined_step
+def count_latency(state, level, cycles):
+    """A request to this level was answered after so many cycles."""
+    state.latencies[level, _class_of(cycles)] += 1
 
 
 @inlined_step
@@ -98,29 +119,25 @@ def charge(spec, state, counts, slots, request):
 @inlined_step
 def _charge_dram(spec, counts, slots, wait):
     """The slots that are left went into the DRAM."""
-    (slot, end), first_cause = slots, STALL_MEMORY + AT_CACHE * len(spec.caches)
-    if _last_slot(spec, wait["column"]) >= slot:
-        last = _last_slot(spec, wait["refreshing"])
-        slot = _charge_until(counts, slot, end, last, first_cause + _QUEUE)
-        last = _last_slot(spec, wait["refreshed"])
-        slot = _charge_until(counts, slot, end, last, first_cause + _REFRESH)
-        last = _last_slot(spec, wait["opening"])
-        slot = _charge_until(counts, slot, end, last, first_cause + _QUEUE)
-        last = _last_slot(spec, wait["opened"])
-        slot = _charge_until(counts, slot, end, last, first_cause + _ACTIVATION)
-        last = _last_slot(spec, wait["turning"])
-        slot = _charge_until(counts, slot, end, last, first_cause + _QUEUE)
-        last = _last_slot(spec, wait["turned"])
-        slot = _charge_until(counts, slot, end, last, first_cause + _TURNAROUND)
-        last = _last_slot(spec, wait["column"])
-        slot = _charge_until(counts, slot, end, last, first_cause + _QUEUE)
-    counts[first_cause + _BUS] += end - slot
+    (slot, end), first = slots, STALL_MEMORY + AT_CACHE * len(spec.caches)
+    if wait["column"] * spec.dram.period_ticks >= slot * spec.core.period_ticks:
+        slot = _charge_until_clock(spec, counts, slot, end, wait["refreshing"], first + _QUEUE)
+        slot = _charge_until_clock(spec, counts, slot, end, wait["refreshed"], first + _REFRESH)
+        slot = _charge_until_clock(spec, counts, slot, end, wait["opening"], first + _QUEUE)
+        slot = _charge_until_clock(spec, counts, slot, end, wait["opened"], first + _ACTIVATION)
+        slot = _charge_until_clock(spec, counts, slot, end, wait["turning"], first + _QUEUE)
+        slot = _charge_until_clock(spec, counts, slot, end, wait["turned"], first + _TURNAROUND)
+        slot = _charge_until_clock(spec, counts, slot, end, wait["column"], first + _QUEUE)
+    counts[first + _BUS] += end - slot
 
 
 @inlined_step
-def _last_slot(spec, clock):
-    """The last core cycle at whose tick memory clock `clock` is still to come."""
-    return clock * spec.dram.period_ticks // spec.core.period_ticks
+def _charge_until_clock(spec, counts, slot, end, clock, cause):
+    """Charge the slots up to the last one at whose tick the memory clock is still to come; most have none."""
+    ticks = clock * spec.dram.period_ticks
+    if ticks < slot * spec.core.period_ticks:
+        return slot
+    return _charge_until(counts, slot, end, ticks // spec.core.period_ticks, cause)
 
 
 @inlined_step

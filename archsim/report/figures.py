@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.container import Container
 from matplotlib.figure import Figure
 
+from archsim.model.latency import NUM_CLASSES, shortest
 from archsim.report.formats import words
 from archsim.report.statistics import Phase
 from archsim.run.result import Histogram
@@ -159,6 +160,25 @@ def histogram(data: Histogram, key: str) -> str:
     )
     if counts.any():
         axes.set_yscale("log")
+    axes.legend(frameon=False)
+    return as_svg(figure, key)
+
+
+@STYLED
+def latency_plot(title: str, levels: Mapping[str, np.ndarray], key: str) -> str:
+    """Share of the requests answered within so many cycles, a line for each level; `levels`: requests by class."""
+    figure = Figure(figsize=(5.6, 3.4), layout="constrained")
+    axes = figure.subplots()
+    starts = np.array([shortest(number) for number in range(NUM_CLASSES)])
+    for (level, counts), colour in zip(
+        levels.items(), (SKY, BLUE, ORANGE, VERMILLION, GREEN) * 9, strict=False
+    ):
+        if counts.any():
+            last = int(np.flatnonzero(counts)[-1]) + 2
+            reached = 100.0 * np.cumsum(counts)[: last - 1] / counts.sum()
+            axes.stairs(reached, np.maximum(starts[:last], 0.5), color=colour, label=level, linewidth=1.4)
+    axes.set(title=title, xscale="log", xlabel="cycles from request to answer", ylabel="answered by then [%]")
+    axes.set_ylim(0, 102)
     axes.legend(frameon=False)
     return as_svg(figure, key)
 

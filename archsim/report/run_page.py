@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
 from archsim.report import figures
 from archsim.report.advice import advice
 from archsim.report.figures import Roof
+from archsim.report.formats import words
 from archsim.report.page import render, shadow_caption, shadow_uri
 from archsim.report.statistics import CACHE_COLUMNS, DRAM_COLUMNS, Phase, headlines, phases
 from archsim.run.result import Result
@@ -48,6 +51,7 @@ def run_report(
         maps=[
             figures.heat_map(title, image, f"map{k}") for k, (title, image) in enumerate(result.maps.items())
         ],
+        latencies=latency_figures(result),
         histograms=[figures.histogram(data, f"histogram{k}") for k, data in enumerate(result.histograms)],
         checks=result.checks,
         failed=[check for check in result.checks if not check.ok],
@@ -56,6 +60,19 @@ def run_report(
         origins=origins,
         manifest=manifest,
     )
+
+
+def latency_figures(result: Result) -> list[str]:
+    """How long requests took at every level, a figure for each phase."""
+    by_phase: dict[str, dict[str, np.ndarray]] = {}
+    for name, counts in result.latencies.items():
+        phase, _, level = name.rpartition(".")
+        if counts.any():
+            by_phase.setdefault(phase, {})[level] = counts
+    return [
+        figures.latency_plot(words(phase), levels, f"latency{k}")
+        for k, (phase, levels) in enumerate(by_phase.items())
+    ]
 
 
 def speed_of_light(ran: list[Phase]) -> list[tuple[str, float]]:

@@ -21,6 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from archsim.errors import Location, fail
+from archsim.model.latency import shortest
 from archsim.run.result import Check, Result, Statistic
 
 MANIFEST = "manifest.json"
@@ -107,8 +108,15 @@ def result_json(result: Result) -> str:
         "summary": result.summary,
         "statistics": [statistic._asdict() for statistic in result.statistics],
         "checks": [check._asdict() for check in result.checks],
+        "latencies": {level: _classes(counts) for level, counts in result.latencies.items()},
     }
     return as_json(tree)
+
+
+def _classes(counts: np.ndarray) -> dict[str, list[int]]:
+    """The classes of latency that have requests: the shortest latency of each, and how many."""
+    filled = np.flatnonzero(counts).tolist()
+    return {"from_cycles": [shortest(each) for each in filled], "requests": counts[filled].tolist()}
 
 
 def as_json(tree: Any) -> str:

@@ -16,7 +16,7 @@ from archsim.run.izb_statistics import BUILD, CLEAR, RASTER, paper_ratios, summa
 from archsim.run.izb_subject import subject_of
 from archsim.run.izb_work import check_machine, prepare, replay
 from archsim.run.listen import Listen, to_nothing
-from archsim.run.metrics import phase_checks, phase_statistics
+from archsim.run.metrics import phase_checks, phase_latencies, phase_statistics
 from archsim.run.progress import Progress
 from archsim.run.result import Check, Result
 from archsim.trace.stream import Work
@@ -126,6 +126,11 @@ def _result(
         picture.shadow,
         picture.histograms,
         picture.maps,
+        {
+            **phase_latencies(CLEAR, machines.build, clear),
+            **phase_latencies(BUILD, machines.build, build),
+            **phase_latencies(RASTER, machines.raster, raster),
+        },
     )
 
 

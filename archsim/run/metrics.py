@@ -10,6 +10,7 @@ import numpy as np
 from archsim.machine.build import PhaseMachine
 from archsim.machine.counters import STALL_LOCK, STALL_MEMORY, STALL_NO_WORK, Counters
 from archsim.model.cache.spec import DRAM_PARENT, CacheSpec
+from archsim.run.latency_metrics import LATENCIES, latencies_of
 from archsim.run.measure import Measure, measured, percent, ratio
 from archsim.run.result import Check, Statistic
 from archsim.run.stall_metrics import stall_statistics
@@ -46,6 +47,12 @@ class CacheView(NamedTuple):
         return int(getattr(self.phase.counters, f"cache_{counter}")[self.members].sum())
 
     @property
+    def latencies(self) -> np.ndarray:
+        """Requests answered by class of latency."""
+        counts: np.ndarray = self.phase.counters.latencies[self.members].sum(axis=0)
+        return counts
+
+    @property
     def accesses(self) -> int:
         """Accepted lookups of any kind."""
         return self.total("reads") + self.total("writes") + self.total("writebacks_in")
@@ -63,6 +70,12 @@ class DramView(NamedTuple):
     def total(self, counter: str) -> int:
         """A counter's sum over the channels."""
         return int(getattr(self.phase.counters, f"dram_{counter}").sum())
+
+    @property
+    def latencies(self) -> np.ndarray:
+        """Requests answered by class of latency, in core cycles."""
+        counts: np.ndarray = self.phase.counters.latencies[-1]
+        return counts
 
     @property
     def moved_bytes(self) -> int:
@@ -212,6 +225,7 @@ CACHES = [
         "time spent below this level.",
         lambda view: ratio(view.phase.cycles_of(view.total("fetch_ticks")), view.total("fetches")),
     ),
+    *LATENCIES,
 ]
 
 DRAM = [
@@ -299,6 +313,7 @@ DRAM = [
         "Clocks in which a data bus carried data over those in `cycles`.",
         lambda view: percent(view.total("data_clocks"), view.bus_clocks),
     ),
+    *LATENCIES,
 ]
 
 
@@ -325,10 +340,16 @@ def by_name(names: Sequence[str]) -> dict[str, list[int]]:
     return {name: [k for k, other in enumerate(names) if other == name] for name in dict.fromkeys(names)}
 
 
+def phase_latencies(phase: str, machine: PhaseMachine, counters: Counters) -> dict[str, np.ndarray]:
+    """Requests by class of latency, for every level of a phase's machine."""
+    return latencies_of(phase, by_name([*machine.cache_names, "dram"]), counters.latencies)
+
+
 def phase_checks(phase: str, machine: PhaseMachine, counters: Counters) -> list[Check]:
     """The conservation laws of a phase."""
     spec = machine.spec
     lookups = counters.cache_reads + counters.cache_writes + counters.cache_writebacks_in
+    answered = counters.cache_reads + counters.cache_writes + counters.cache_clears
     outcomes = counters.cache_hits + counters.cache_merges + counters.cache_misses
     writes_out = counters.cache_writebacks_out + counters.cache_writethroughs_out
     bytes_out = counters.cache_fetched_bytes + counters.cache_written_bytes
@@ -348,6 +369,8 @@ def phase_checks(phase: str, machine: PhaseMachine, counters: Counters) -> list[
         ("writes reach the DRAM", writes_out[last].sum(), counters.dram_writes.sum()),
         ("DRAM bytes", bytes_out[last].sum() - counters.dram_forwarded_bytes.sum(), carried),
         ("row outcomes", requests, classified),
+        ("latencies at caches", counters.latencies[:-1].sum(axis=1), answered),
+        ("latencies at the DRAM", counters.latencies[-1].sum(), read),
     ]
     for k in range(len(spec.caches)):
         children = [child for child, cache in enumerate(spec.caches) if cache.parent == k]

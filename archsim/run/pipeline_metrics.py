@@ -192,6 +192,7 @@ def pipeline_checks(phase: str, machine: PipelineMachine, counters: PipelineCoun
     classified = memory.dram_row_hits + memory.dram_row_misses + memory.dram_row_conflicts
     outcomes = memory.cache_hits + memory.cache_merges + memory.cache_misses
     lookups = memory.cache_reads + memory.cache_writes + memory.cache_writebacks_in
+    answered = memory.cache_reads + memory.cache_writes + memory.cache_clears
     laws = [
         ("slots", counters.unit_slots.sum(axis=1), np.full(len(spec.units), counters.cycles)),
         ("waits for memory", counters.unit_waits.sum(axis=1), counters.unit_slots[:, Slot.MEMORY]),
@@ -201,6 +202,8 @@ def pipeline_checks(phase: str, machine: PipelineMachine, counters: PipelineCoun
         ("writes reach the DRAM", written, memory.dram_writes.sum()),
         ("row outcomes", requests, classified),
         ("lookups", lookups, outcomes),
+        ("latencies at caches", memory.latencies[:-1].sum(axis=1), answered),
+        ("latencies at the DRAM", memory.latencies[-1].sum(), read + written - evicted),
     ]
     for k in range(len(spec.caches)):
         children = [child for child, cache in enumerate(spec.caches) if cache.parent == k]

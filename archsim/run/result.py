@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -43,6 +44,9 @@ class Result(NamedTuple):
     shadow: np.ndarray  # bool [height, width], row 0 at the top, True in shadow
     histograms: list[Histogram]
     maps: dict[str, np.ndarray]  # title -> float32 image, NaN where there is nothing to show
+    latencies: Mapping[
+        str, np.ndarray
+    ] = {}  # phase.level -> requests answered there, by class (model/latency.py)
 
     def value(self, name: str) -> int | float:
         """The statistic of that name; KeyError if there is none."""

@@ -29,8 +29,8 @@ def test_the_page_is_whole_and_holds_the_numbers():
         "a law",
     ):
         assert text in shown.text, text
-    # light, roofline, stalls, causes, caches, rows, one map, one histogram
-    assert shown.tags.count("svg") == 8
+    # light, roofline, stalls, causes, caches, rows, latencies of one phase, one map, one histogram
+    assert shown.tags.count("svg") == 9
     assert "4 x 3 pixels, 16.7 % in shadow" in shown.text
 
 

@@ -194,6 +194,10 @@ def _waits(state: State, number: int) -> Iterator[Wait]:
             yield number, Op(int(record["op"])), int(record["address"])
 
 
+def _hit_cycles(spec: PipelineSpec) -> np.ndarray:
+    return np.array([cache.hit_cycles for cache in spec.caches], np.int64)
+
+
 def _items(state: State) -> tuple[np.ndarray, np.ndarray]:
     """Items put into and taken from each channel."""
     pipes, streams = state.pipes, state.streams.streams
@@ -234,6 +238,6 @@ def _counters(spec: PipelineSpec, state: State) -> PipelineCounters:
         memory=without_cores(
             cycles,
             drained_cycles(state.run, spec.period_ticks, spec.dram.period_ticks),
-            memory_counters(state.cache, state.dram, state.run[0]["cycle"], spec.period_ticks),
+            memory_counters(state, _hit_cycles(spec), spec.period_ticks),
         ),
     )

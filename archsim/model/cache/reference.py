@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Generator
 from enum import Enum
 from functools import partial
@@ -13,6 +14,7 @@ from archsim.model.cache.reference_clear import ClearBits
 from archsim.model.cache.reference_set import Answer, Fetch, Set, Way
 from archsim.model.cache.spec import Arbiter, CacheSpec, VictimOrder, WritePolicy
 from archsim.model.causes import AtCache, first_cause
+from archsim.model.latency import class_of
 from archsim.model.reference import Phase, at, call
 from archsim.model.waiting import Wait
 
@@ -48,6 +50,17 @@ class NextLevel(Protocol):
     def cut(self, address: int, num_bytes: int) -> list[tuple[int, int]]: ...  # as it wants to be asked
 
     def arrive(self, request: Request) -> None: ...
+
+
+def timed(answer: Answer | None, latencies: Counter[int], arrival: int, period_ticks: int) -> Answer | None:
+    """The answer of a request that is here now, which counts in the class of its latency."""
+
+    def answered(tick: int) -> None:
+        latencies[class_of((tick - arrival) // period_ticks)] += 1
+        assert answer is not None
+        answer(tick)
+
+    return None if answer is None else answered
 
 
 class Cache:
@@ -86,6 +99,7 @@ class Cache:
         self.fetched_bytes = self.written_bytes = 0
         self.blocked = 0
         self.fetch_ticks = 0
+        self.latencies: Counter[int] = Counter()  # of the requests answered, by class
 
     def is_quiet(self) -> bool:
         """Nothing waits here and nothing is on its way to or from the next level."""
@@ -99,7 +113,8 @@ class Cache:
 
     def arrive(self, request: Request) -> None:
         """`request` is here now."""
-        self.input.append(request)
+        answer = timed(request.answer, self.latencies, int(self.env.now), self.period_ticks)
+        self.input.append(request._replace(answer=answer))
         request.wait.mark(int(self.env.now), self._cause(AtCache.PORT))
 
     def _cause(self, what: AtCache) -> int:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Generator
 
 import simpy
 
-from archsim.model.cache.reference import Kind, Request
+from archsim.model.cache.reference import Kind, Request, timed
 from archsim.model.causes import AtDram, first_cause
 from archsim.model.dram.commands import Command
 from archsim.model.dram.reference_banks import Bank, Banks, overlap
@@ -308,7 +308,8 @@ class Dram:
     """All channels: a request goes to the channel that its address names."""
 
     def __init__(self, spec: DramSpec, env: simpy.Environment, level: int, core_period_ticks: int):
-        self.spec = spec
+        self.spec, self.env, self.core_period_ticks = spec, env, core_period_ticks
+        self.latencies: Counter[int] = Counter()  # in core cycles, of the requests answered, by class
         self.channels = [
             Channel(spec, env, index, level, core_period_ticks) for index in range(spec.num_channels)
         ]
@@ -330,7 +331,8 @@ class Dram:
     def arrive(self, request: Request) -> None:
         if request.taken is not None:
             request.taken()
-        self.channel_of(request.address).arrive(request)
+        answer = timed(request.answer, self.latencies, int(self.env.now), self.core_period_ticks)
+        self.channel_of(request.address).arrive(request._replace(answer=answer))
 
     def is_quiet(self) -> bool:
         """No request waits for its column command."""
