@@ -60,7 +60,7 @@ def test_a_lost_event_breaks_a_law(machine, counters, counter, law):
     value[-1] -= 1
     broken = pipeline_checks("p", machine, counters._replace(**{counter: value}))
 
-    assert [check.name for check in broken if not check.ok] == [law]
+    assert law in [check.name for check in broken if not check.ok]
 
 
 @pytest.mark.parametrize("counter", [name for name in PipelineCounters._fields if name != "memory"])
