@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import multiprocessing
+import os
 import signal
 import threading
 from collections.abc import Callable
 from importlib import import_module
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
+from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
 from archsim.reproduce.processes import end_with_parent
@@ -20,7 +22,8 @@ Job = RenderJob | PointJob
 class Workers(Protocol):
     """At most `capacity` jobs are handed over at a time."""
 
-    capacity: int
+    @property
+    def capacity(self) -> int: ...
 
     def hand(self, token: int, job: Job) -> None:
         """Start a job."""
@@ -58,17 +61,30 @@ class _Worker(NamedTuple):
 
 
 class LocalWorkers:
-    """Processes that each do one job at a time; one that dies fails its job and is replaced."""
+    """Processes that each do one job at a time; one that dies fails its job and is replaced.
 
-    def __init__(self, capacity: int, perform: Callable[[Any], Done] = perform):
-        self.capacity = capacity
+    While nothing has been compiled for this code, one process works alone until a point has been played: the others
+    then find what it compiled, instead of compiling the same beside it.
+    """
+
+    def __init__(self, capacity: int, perform: Callable[[Any], Done] = perform, is_cold: bool | None = None):
+        self._most = capacity
+        self._compiles = nothing_compiled() if is_cold is None else is_cold
         self._perform = perform
+        self._points: set[int] = set()  # jobs under way that play a point
         self._idle: list[_Worker] = []
         self._busy: dict[int, _Worker] = {}
 
+    @property
+    def capacity(self) -> int:
+        """Jobs that may be handed over at a time."""
+        return 1 if self._compiles else self._most
+
     def hand(self, token: int, job: Job) -> None:
+        if not isinstance(job, RenderJob):
+            self._points.add(token)
         if not self._idle and not self._busy:  # all at once, so that they load while the first job is done
-            self._idle = [_started(self._perform) for _ in range(self.capacity)]
+            self._idle = [_started(self._perform) for _ in range(self._most)]
         worker = self._idle.pop() if self._idle else _started(self._perform)
         self._busy[token] = worker
         try:
@@ -91,6 +107,7 @@ class LocalWorkers:
 
     def _receive(self, token: int) -> Done:
         worker = self._busy.pop(token)
+        self._compiles = self._compiles and token not in self._points
         try:
             done: Done = worker.connection.recv()
         except (EOFError, OSError):
@@ -98,6 +115,11 @@ class LocalWorkers:
             return Done(0.0, f"the process that did it ended early, with exit code {worker.process.exitcode}")
         self._idle.append(worker)
         return done
+
+
+def nothing_compiled() -> bool:
+    """Whether the compiler's cache for this code is empty."""
+    return not any(Path(os.environ["NUMBA_CACHE_DIR"]).rglob("*.nbi"))
 
 
 class DaskWorkers:

@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from archsim.sweep.job import Done
+from archsim.sweep.job import Done, RenderJob
 from archsim.sweep.workers import DaskWorkers, LocalWorkers
 from tests.sweep.test_conduct import conducted
 
@@ -28,7 +28,7 @@ def taken(workers, number):
 
 @pytest.fixture
 def workers():
-    workers = LocalWorkers(2, answer)
+    workers = LocalWorkers(2, answer, is_cold=False)
     yield workers
     workers.close()
 
@@ -75,3 +75,17 @@ def test_a_dask_cluster_does_a_sweep(tmp_path):
         tally, _, watch, _ = conducted(tmp_path, workers)
 
     assert (tally.finished, tally.failed, watch.errors) == (4, 0, [])
+
+
+def test_one_process_compiles_before_the_others_begin(tmp_path):
+    workers = LocalWorkers(2, answer, is_cold=True)
+    try:
+        assert workers.capacity == 1
+        workers.hand(1, RenderJob(None, tmp_path))
+        taken(workers, 1)
+        assert workers.capacity == 1  # a picture was rendered, no point was played yet
+        workers.hand(2, "a")
+        taken(workers, 1)
+        assert workers.capacity == 2
+    finally:
+        workers.close()
