@@ -24,7 +24,7 @@ def load_table(folder: Path) -> pd.DataFrame:
     table = pd.DataFrame(rows)
     for name in parameters_of(folder):
         if table[name].map(type).nunique() > 1:
-            table[name] = table[name].map(lambda value: None if value is None else str(value))
+            table[name] = table[name].map(lambda value: None if pd.isna(value) else str(value))
     return table
 
 

@@ -63,7 +63,6 @@ PICTURES = {
     "grid tiles of 16 x 16": ["workload.grid_tile=[16, 16]"],
     "triangles in random order": ["workload.triangle_order=random"],
     "patches of 32 x 32": ["workload.patch=[32, 32]"],
-    "patches of 128 x 128": ["workload.patch=[128, 128]"],
 }
 ONLY_DRAWN = ("workload.triangle_order", "workload.patch")
 LIST_ORDERS: dict[str, Callable[[np.ndarray], np.ndarray]] = {

@@ -51,3 +51,12 @@ def test_points_that_were_not_tried_are_unfinished(folder, tmp_path):
     (tmp_path / "sweep.json").write_text((folder / "sweep.json").read_text())
 
     assert set(load_table(tmp_path)["status"]) == {"unfinished"}
+
+
+def test_what_a_point_does_not_set_is_missing(tmp_path):
+    """Text beside nothing stays nothing: "nan" would be a value."""
+    conducted(tmp_path, parameters=[{"list": [{"workload.pixel_tile": [8, 8]}, {"workload.locks": 2}]}])
+    table = load_table(tmp_path)
+    assert table["workload.pixel_tile"][0] == "[8, 8]"
+    assert table["workload.pixel_tile"].isna().tolist() == [False, True]
+    assert table["workload.locks"].isna().tolist() == [True, False]
