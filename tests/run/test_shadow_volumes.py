@@ -74,6 +74,16 @@ def test_few_psv_buffers_make_stage_1_wait():
     assert stalls[1] > stalls[8]
 
 
+def test_the_psv_cache_is_told_when_a_buffer_is_taken_and_when_it_is_released():
+    result = run("machine.components.psv_buffers.count=1", "workload.tile=4")
+    for stage in ("stage_1", "stage_2"):
+        assert result.value(f"shadow_volumes.{stage}.clears") == result.value("workload.volumes") == 3
+    cache = [result.value(f"shadow_volumes.psv_cache.{what}_bytes") for what in ("fetched", "written")]
+    assert (
+        sum(cache) == result.value("traffic.psv") == 0
+    )  # a volume fits, and nothing of it is ever written back
+
+
 @pytest.mark.parametrize(
     ("overrides", "problem"),
     [
