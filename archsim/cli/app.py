@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
-from typer.core import TyperGroup
 
 import archsim
+from archsim.cli.config_verbs import config_app
 from archsim.cli.edge import at_the_edge
-from archsim.cli.trace import trace_app
+from archsim.cli.options import Jobs, Json, KernelName, Out, Overrides, RunName
+from archsim.cli.sweep_verbs import sweep_app
+from archsim.cli.trace_verbs import trace_app
 
 app = typer.Typer(
     name="archsim",
@@ -20,39 +22,8 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-config_app = typer.Typer(
-    name="config", help="Check, show and explain configurations.", no_args_is_help=True, rich_markup_mode=None
-)
-app.add_typer(config_app)
-
-
-class _RunByDefault(TyperGroup):
-    """`archsim sweep FILE` is short for `archsim sweep run FILE`."""
-
-    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        if args and args[0] not in self.commands:
-            args = ["run", *args]
-        return super().resolve_command(ctx, args)
-
-
-sweep_app = typer.Typer(
-    name="sweep",
-    help="Simulate many runs that differ in a few values: archsim sweep FILE. What is finished is never repeated.",
-    no_args_is_help=True,
-    rich_markup_mode=None,
-    cls=_RunByDefault,
-)
-app.add_typer(sweep_app)
-app.add_typer(trace_app)
-
-Overrides = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--set", metavar="PATH=VALUE", help="Set a value, e.g. scene.resolution=[640,512]. Repeatable."
-    ),
-]
-Json = Annotated[bool, typer.Option("--json", help="Print JSON to stdout and nothing else.")]
-Out = Annotated[Path | None, typer.Option("--out", metavar="DIR", help="Folder for the results.")]
+for group in (config_app, sweep_app, trace_app):
+    app.add_typer(group)
 
 
 def _show_version(wanted: bool) -> None:
@@ -73,9 +44,7 @@ def _root(
 @app.command("run")
 @at_the_edge
 def _run(
-    config: Annotated[
-        str, typer.Argument(metavar="CONFIG", help="A run's YAML file, or a packaged run's name.")
-    ],
+    config: RunName,
     overrides: Overrides = None,
     model: Annotated[
         str | None, typer.Option("--model", metavar="reference|compiled", help="The same as --set model=...")
@@ -158,10 +127,10 @@ def _diff(
 @app.command("whatif")
 @at_the_edge
 def _whatif(
-    run: Annotated[str, typer.Argument(metavar="RUN", help="A run's YAML file, or a packaged run's name.")],
+    run: RunName,
     overrides: Overrides = None,
     out: Out = None,
-    jobs: Annotated[int, typer.Option("--jobs", min=1, metavar="N", help="Processes.")] = 1,
+    jobs: Jobs = 1,
     pairs: Annotated[bool, typer.Option("--pairs/--no-pairs", help="Two ideal parts at a time, too.")] = True,
     as_json: Json = False,
 ) -> None:
@@ -174,7 +143,7 @@ def _whatif(
 @app.command("timeline")
 @at_the_edge
 def _timeline(
-    run: Annotated[str, typer.Argument(metavar="RUN", help="A run's YAML file, or a packaged run's name.")],
+    run: RunName,
     overrides: Overrides = None,
     phase: Annotated[str | None, typer.Option("--phase", metavar="PHASE")] = None,
     tasks: Annotated[
@@ -213,122 +182,6 @@ def _report(
     report(folders, out)
 
 
-@sweep_app.command("run")
-@at_the_edge
-def _sweep_run(
-    file: Annotated[
-        str, typer.Argument(metavar="FILE", help="A sweep's YAML file, or a packaged sweep's name.")
-    ],
-    out: Out = None,
-    jobs: Annotated[int, typer.Option("--jobs", min=1, metavar="N", help="Processes.")] = 1,
-    part: Annotated[
-        str, typer.Option("--shard", metavar="I/N", help="Only part I of N, for batch systems.")
-    ] = "1/1",
-    scheduler: Annotated[
-        str | None,
-        typer.Option("--scheduler", metavar="ADDRESS", help="Of a Dask cluster, instead of processes."),
-    ] = None,
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="Only print the points.")] = False,
-) -> None:
-    """Do what is not finished of a sweep (in runs/sweep-NAME unless --out is given)."""
-    from archsim.cli.sweep import sweep
-
-    sweep(file, out, (jobs, scheduler), part, dry_run)
-
-
-SweepFolder = Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a sweep.")]
-
-
-@sweep_app.command("table")
-@at_the_edge
-def _sweep_table(
-    folder: SweepFolder,
-    form: Annotated[str, typer.Option("--format", metavar="text|csv|parquet")] = "text",
-    out: Annotated[Path | None, typer.Option("--out", metavar="FILE", help="Instead of stdout.")] = None,
-) -> None:
-    """Print or write the results of a sweep as one table."""
-    from archsim.cli.sweep import show_table
-
-    show_table(folder, form, out)
-
-
-@sweep_app.command("pareto")
-@at_the_edge
-def _sweep_pareto(
-    folder: SweepFolder,
-    minimize: Annotated[
-        list[str] | None,
-        typer.Option("--minimize", metavar="COLUMN", help="Statistic or parameter. Repeatable."),
-    ] = None,
-) -> None:
-    """Print the points that no other point beats, and the knee among them."""
-    from archsim.cli.sweep import show_pareto
-
-    show_pareto(folder, minimize or [])
-
-
-@sweep_app.command("sensitivity")
-@at_the_edge
-def _sweep_sensitivity(
-    folder: SweepFolder,
-    metric: Annotated[str | None, typer.Option("--of", metavar="STATISTIC")] = None,
-) -> None:
-    """Print which parameter moves a statistic most."""
-    from archsim.cli.sweep import show_sensitivity
-
-    show_sensitivity(folder, metric)
-
-
-@config_app.command("check")
-@at_the_edge
-def _config_check(
-    files: Annotated[list[str], typer.Argument(metavar="FILE...")],
-    overrides: Overrides = None,
-) -> None:
-    """Check runs, their parts, or sweeps; every problem is one line of file:line:column."""
-    from archsim.cli.configs import check
-
-    check(files, overrides or [])
-
-
-@config_app.command("show")
-@at_the_edge
-def _config_show(
-    file: Annotated[str, typer.Argument(metavar="FILE")],
-    overrides: Overrides = None,
-) -> None:
-    """Print a run configuration fully resolved; it runs again as it is."""
-    from archsim.cli.configs import show
-
-    show(file, overrides or [])
-
-
-@config_app.command("explain")
-@at_the_edge
-def _config_explain(
-    key: Annotated[
-        str, typer.Argument(metavar="KEY", help="A dotted path, e.g. machine.components.l2.size.")
-    ],
-    file: Annotated[str, typer.Argument(metavar="[FILE]", help="The run that it is looked up in.")] = "tiny",
-    overrides: Overrides = None,
-) -> None:
-    """Explain one key: value, unit, default, who set it, range, meaning."""
-    from archsim.cli.configs import print_explained
-
-    print_explained(key, file, overrides or [])
-
-
-@config_app.command("schema")
-@at_the_edge
-def _config_schema(
-    part: Annotated[str, typer.Argument(metavar="[run|machine|scene|workload|sweep]")] = "run",
-) -> None:
-    """Print the JSON Schema of a configuration file, for completion and checks in an editor."""
-    from archsim.cli.configs import print_schema
-
-    print_schema(part)
-
-
 @app.command("statistics")
 @at_the_edge
 def _statistics(
@@ -343,7 +196,7 @@ def _statistics(
 @app.command("asm")
 @at_the_edge
 def _asm(
-    file: Annotated[str, typer.Argument(metavar="FILE", help="An assembly file, or a kernel's name.")],
+    file: KernelName,
 ) -> None:
     """Assemble a kernel and print its listing with static counts and live registers."""
     from archsim.cli.kernels import list_program
@@ -354,7 +207,7 @@ def _asm(
 @app.command("disasm")
 @at_the_edge
 def _disasm(
-    file: Annotated[str, typer.Argument(metavar="FILE", help="An assembly file, or a kernel's name.")],
+    file: KernelName,
 ) -> None:
     """Assemble a kernel and print it in canonical form, which assembles again to the same program."""
     from archsim.cli.kernels import print_canonical

@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-import archsim.cli.reproduce
 import archsim.cli.run
 from archsim.cli.app import app
 from archsim.config import load_run
+from archsim.reproduce import johnson2004
 from archsim.reproduce.cells import Place, make_cell
 from archsim.reproduce.johnson2004 import simulate_row
 from archsim.reproduce.reproduction import Reproduction, Row
@@ -167,7 +167,7 @@ def reproduced(monkeypatch):
         make_cell(Place("johnson2004", 3, "doom_light0", "cycles"), "predicted", 26107800, 26000000, "cycles")
     ]
     reproduction = Reproduction({"doom_light0": row}, cells)
-    monkeypatch.setattr(archsim.cli.reproduce.johnson2004, "reproduce", lambda progress: reproduction)
+    monkeypatch.setattr(johnson2004, "reproduce", lambda progress: reproduction)
     return reproduction
 
 

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from archsim.cli.edge import at_the_edge
+from archsim.cli.options import Json, RunName
 from archsim.cli.sections import Sectioned
 
 trace_app = typer.Typer(
@@ -30,7 +31,6 @@ Phase = Annotated[
     str | None,
     typer.Option("--phase", metavar="NAME", help="As statistics begin: izb_build, say."),
 ]
-Json = Annotated[bool, typer.Option("--json", help="Print JSON to stdout and nothing else.")]
 
 
 @trace_app.command("info")
@@ -123,10 +123,7 @@ def _replay(
     model: Annotated[
         str, typer.Option("--model", metavar="reference|compiled", rich_help_panel=_WHEN)
     ] = "compiled",
-    as_json: Annotated[
-        bool,
-        typer.Option("--json", help="Print JSON to stdout and nothing else.", rich_help_panel=_OUTPUT),
-    ] = False,
+    as_json: Json = False,
     commands: Annotated[
         Path | None,
         typer.Option(
@@ -170,7 +167,7 @@ def _check_dram(
 @trace_app.command("record-dram")
 @at_the_edge
 def _record_dram(
-    run: Annotated[str, typer.Argument(metavar="RUN", help="A run's YAML file, or a packaged run's name.")],
+    run: RunName,
     out: Annotated[Path, typer.Option("--out", metavar="FILE", help="The command trace to be written.")],
     phase: Phase = None,
     overrides: Overrides = None,
