@@ -19,6 +19,14 @@ from archsim.config.workload import (
     VolumesConfig,
     WorkloadConfig,
 )
+from archsim.units import Cycles
+
+
+class StatisticsConfig(Section):
+    """What a run tells besides the statistics of its phases."""
+
+    # core cycles between two points of the series over time; null: no series
+    interval_cycles: Annotated[Cycles, Field(ge=1, le=1_000_000_000)] | None = None
 
 
 class RunConfig(Section):
@@ -31,6 +39,7 @@ class RunConfig(Section):
     # reference: SimPy, to be believed; compiled: the same, fast
     model: Literal["reference", "compiled"] = "compiled"
     seed: Annotated[int, Field(ge=0, le=2**32 - 1)] = 0  # of whatever is drawn at random
+    statistics: StatisticsConfig = StatisticsConfig()  # what is told besides totals
 
     @model_validator(mode="after")
     def _check(self) -> RunConfig:
@@ -51,6 +60,9 @@ class RunConfig(Section):
         ):
             what = f"the workload '{kind}' runs on a pipeline, and this machine has cores"
             report([Finding(("machine",), what)])
+        if self.statistics.interval_cycles is not None and not isinstance(self.workload, GridConfig):
+            what = f"must be left out: the workload '{kind}' tells no series over time"
+            report([Finding(("statistics", "interval_cycles"), what)])
         if isinstance(self.workload, VolumeKernelsConfig):
             report(list(self._check_stages(self.workload.fixed_function)))
         if isinstance(self.workload, ShadowMapsConfig) and self.scene is not None:

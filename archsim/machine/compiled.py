@@ -11,7 +11,8 @@ from archsim.errors import ArchsimError, DeadlockError, Problem, fail
 from archsim.machine.counters import STALL_MEMORY, STALL_NO_WORK, Counters
 from archsim.machine.flush import drained_cycles, flushed, next_dirty
 from archsim.machine.loading import load_next, nothing_loaded
-from archsim.machine.loop import BAD_UNLOCK, NEEDS_ROOM, NEEDS_TASKS, play
+from archsim.machine.loop import BAD_UNLOCK, NEEDS_ROOM, NEEDS_TASKS, PAUSED, play
+from archsim.machine.series import Sampling, sample_of
 from archsim.machine.spec import MachineSpec
 from archsim.machine.state import ANSWER, RUN, Machine, State
 from archsim.machine.waits import all_latencies, new_waits
@@ -55,10 +56,12 @@ def simulate(
     sink: CommandSink | None = None,
     watch: Watch | None = None,
     flush: bool = False,
+    sampling: Sampling | None = None,
 ) -> Counters:
     """Play the work to its end and to the last request's; the DRAM's commands go to `sink`.
 
-    With `flush` all dirty lines are written back at the end. Raises ArchsimError for work that cannot be played.
+    With `flush` all dirty lines are written back at the end. `sampling` is told counts at intervals. Raises
+    ArchsimError for work that cannot be played.
     """
     machine = _machine(spec)
     state = _initial_state(spec, machine, work.num_tasks, () if watch is None else watch.places)
@@ -66,6 +69,8 @@ def simulate(
     collector = None if watch is None else Collector(levels, watch)
     if sink is not None:
         state = state._replace(dram=recording(state.dram))
+    if sampling is not None:
+        state.run[0]["pause"] = sampling.interval_cycles
     if work.num_tasks == 0:
         return _counters(spec, machine, state)
 
@@ -85,6 +90,10 @@ def simulate(
             state = _with_next_chunk(spec, state, work)
         elif status == NEEDS_ROOM:
             state = with_room(state)
+        elif status == PAUSED:
+            assert sampling is not None
+            sampling.take(sample_of(int(state.run[0]["pause"]), _counters(spec, machine, state)))
+            state.run[0]["pause"] += sampling.interval_cycles
         elif status == BAD_UNLOCK:
             raise _bad_unlock(state)
         elif state.run[0]["finished"] < work.num_tasks or np.any(state.cache.inbox.ends["count"]):
@@ -152,7 +161,7 @@ def _initial_state(spec: MachineSpec, machine: Machine, num_tasks: int, watched:
     elif is_ideal:
         fifo.ends[1] = num_tasks
     run = np.zeros(1, RUN)
-    run["next_answer"] = run["next_lookup"] = NEVER
+    run["next_answer"] = run["next_lookup"] = run["pause"] = NEVER
     cache = new_caches(machine.caches, spec.caches, queue_capacity, watched)
     return State(
         core=new_cores(machine.core, STALL_MEMORY + num_causes(num_caches), longest_wake),

@@ -57,6 +57,9 @@ class Counters(NamedTuple):
     dram_precharges: np.ndarray  # [H] PRE commands (a precharge-all counts once)
     dram_refreshes: np.ndarray  # [H] REF commands
     dram_data_clocks: np.ndarray  # [H] memory clocks in which the data bus carried data
+    dram_waited_clocks: (
+        np.ndarray
+    )  # [H] memory clocks from arrival to column command or forwarding, of all requests
     dram_read_queue_clocks: np.ndarray  # [H] memory clocks that reads waited for others, summed over reads
     dram_read_refresh_clocks: np.ndarray  # [H] that they waited for a refresh
     dram_read_activation_clocks: np.ndarray  # [H] that they waited for their row to be opened

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+from archsim.machine.series import Sampling
 from archsim.machine.watch import Watch
 from archsim.model.dram.commands import CommandSink
 
@@ -14,6 +15,7 @@ class Heard(NamedTuple):
 
     sink: CommandSink | None = None  # takes the commands of the DRAM
     watch: Watch | None = None  # takes the requests that reach a level
+    sampling: Sampling | None = None  # takes counts at intervals; of a machine of cores only
     observe: Callable[[Any], None] | None = None  # is shown the reference model before anything happens
 
 

@@ -15,9 +15,11 @@ from archsim.machine.state import Machine, State
 from archsim.model.compiled import NEVER, inlined_step
 from archsim.model.core.compiled import next_wake
 
-OVER, NEEDS_ROOM = BAD_UNLOCK + 1, BAD_UNLOCK + 2  # why `play` returns, besides NEEDS_TASKS and BAD_UNLOCK
+OVER, NEEDS_ROOM, PAUSED = (
+    BAD_UNLOCK + n for n in (1, 2, 3)
+)  # why `play` returns, besides NEEDS_TASKS, BAD_UNLOCK
 
-__all__ = ["BAD_UNLOCK", "NEEDS_ROOM", "NEEDS_TASKS", "OVER", "play"]
+__all__ = ["BAD_UNLOCK", "NEEDS_ROOM", "NEEDS_TASKS", "OVER", "PAUSED", "play"]
 
 
 @njit(error_model="numpy", _nrt=False, no_cfunc_wrapper=True)
@@ -27,6 +29,9 @@ def play(spec: Machine, state: State):
     cycle, first_core = run["cycle"], run["next_core"]
     while cycle != NEVER:
         if run["horizon"] <= cycle:
+            if run["pause"] <= cycle:
+                run["cycle"], run["next_core"] = cycle, 0
+                return PAUSED
             _begin(spec, state, cycle)
         issued = first_core
         for core in range(first_core, spec.core.num_cores):
@@ -70,7 +75,7 @@ def _end(spec, state, cycle, any_issue):
         limit = next_wake(state.core, cycle, limit)
     later = play_dram(spec, state, limit)
     dram_ticks = state.dram.next_due[0] * spec.dram.period_ticks
-    run["horizon"] = min(_next_event(spec, state), dram_ticks // spec.core.period_ticks)
+    run["horizon"] = min(min(_next_event(spec, state), run["pause"]), dram_ticks // spec.core.period_ticks)
     return later
 
 

@@ -331,13 +331,13 @@ def _mshr_of(requester):
 
 @inlined_step
 def play_dram(spec: Machine, state: State, limit):
-    """Play the memory clocks before cycle `limit`, or before the first answer if that is sooner; returns that cycle.
+    """Play the memory clocks before cycle `limit`, the first answer or a pause, if that is sooner; returns that cycle.
 
     The run is over with the tick in which the last thing on its way arrives: refreshes up to it count.
     """
     dram, run = state.dram, state.run[0]
     core_period, period = spec.core.period_ticks, spec.dram.period_ticks
-    while dram.next_due[0] * period < limit * core_period:
+    while dram.next_due[0] * period < min(limit, run["pause"]) * core_period:
         clock, channel = dram.next_due[0], dram.next_due[1]
         last_tick = max(run["cycle"] * core_period, run["last_clock"] * period)
         if limit == NEVER and clock * period > last_tick and dram_model.is_empty(dram):
@@ -352,6 +352,8 @@ def play_dram(spec: Machine, state: State, limit):
             limit = min(limit, arrival)
     if dram_model.is_log_half_full(dram):
         run["needs_room"] = 1
+    if limit > run["pause"] and not (limit == NEVER and dram_model.is_empty(dram)):
+        return run["pause"]
     return limit
 
 

@@ -36,6 +36,8 @@ def play(
 def asked_of(model: str, heard: Heard) -> dict[str, Any]:
     """What is to be told, as the model's arguments. Only the reference can be observed."""
     asked = heard._asdict()
+    if heard.sampling is None:
+        del asked["sampling"]
     if heard.observe is None:
         del asked["observe"]
     elif model != "reference":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections import Counter
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from typing import Any, cast
@@ -12,6 +13,7 @@ import simpy
 from archsim.errors import DeadlockError, Problem, fail
 from archsim.machine.checking import check_tasks
 from archsim.machine.counters import Counters
+from archsim.machine.series import Sampling, sample_of
 from archsim.machine.spec import MachineSpec
 from archsim.machine.watch import SEEN, Levels, Watch, in_order, tell
 from archsim.model.cache.reference import CACHE_COUNTS, Cache, Kind, Request
@@ -40,6 +42,7 @@ def simulate(
     observe: Callable[[Machine], None] | None = None,
     watch: Watch | None = None,
     flush: bool = False,
+    sampling: Sampling | None = None,
 ) -> Counters:
     """Play `work` on the machine `spec` and return its counters. The whole work is held in memory.
 
@@ -51,6 +54,8 @@ def simulate(
     commands: list[tuple[int, ...]] = []
     if sink is not None:
         machine.dram.record(commands)
+    if sampling is not None:
+        machine.env.process(machine.tell(sampling))
     if observe is not None:
         observe(machine)
     seen = machine.tap(watch.places) if watch is not None else []
@@ -168,6 +173,12 @@ class Machine:
             if cache.parent in targets:
                 cache.parent = Tap(cache.parent, constantly(cache.index), seen, cycle)
         return seen
+
+    def tell(self, sampling: Sampling) -> Generator[simpy.Event, None, None]:
+        """The process that tells the counts at the beginning of every interval but the first."""
+        for cycle in itertools.count(sampling.interval_cycles, sampling.interval_cycles):
+            yield at(self.env, cycle * self.spec.core.period_ticks, Phase.SAMPLE)
+            sampling.take(sample_of(cycle, self.counters()))
 
     def watch(self, progress: Progress | None, flush: bool) -> Generator[simpy.Event, None, None]:
         """The process that ends the run: after the first tick with all finished and nothing on its way."""

@@ -42,6 +42,7 @@ _RUN_FIELDS = (  # times in core cycles
     "finished",  # tasks
     "last_finish",  # when the last of them was finished
     "last_clock",  # last memory clock at which a channel was woken
+    "pause",  # cycle before which the caller is told the counts; NEVER: it does not want to be
     "needs_room",  # whether a queue may overflow in the next cycle
     "culprit",  # thread that unlocked what it did not hold
 )

@@ -14,6 +14,7 @@ _INDICES = 1 << 20  # more than any phase has components
 class Phase(IntEnum):
     """What happens first within one tick; machine/README.md says why."""
 
+    SAMPLE = 0  # counts are told, if at all
     FILL = 1  # data comes back
     SOURCE = 2  # the source makes a task
     ISSUE = 3  # cores issue, by core index

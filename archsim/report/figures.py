@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from archsim.model.latency import NUM_CLASSES, shortest
 from archsim.report.formats import words
 from archsim.report.statistics import Phase
-from archsim.run.result import Histogram
+from archsim.run.result import Histogram, Series
 
 # Okabe and Ito's palette.
 GREEN, BLUE, SKY, ORANGE = "#009E73", "#0072B2", "#56B4E9", "#E69F00"
@@ -161,6 +161,24 @@ def histogram(data: Histogram, key: str) -> str:
     if counts.any():
         axes.set_yscale("log")
     axes.legend(frameon=False)
+    return as_svg(figure, key)
+
+
+@STYLED
+def series_plot(title: str, series: Series, key: str) -> str:
+    """What a phase did over time, a panel for each ratio."""
+    names = [name for name in series.columns if name != "until_cycle"]
+    figure = Figure(figsize=(11.4, 0.7 + 1.2 * len(names)), layout="constrained")
+    panels = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
+    edges = np.array([0.0, *series.columns["until_cycle"]])
+    for axes, name, colour in zip(
+        panels, names, (GREEN, VERMILLION, BLUE, ORANGE, SKY, PURPLE) * 9, strict=False
+    ):
+        axes.stairs(series.columns[name], edges, color=colour, linewidth=1.2)
+        axes.set_ylabel(words(name.replace(".", "\n")), fontsize=8)
+        axes.set_ylim(bottom=0)
+    panels[0].set_title(title)
+    panels[-1].set_xlabel(f"core cycle, in intervals of {series.interval_cycles:,}")
     return as_svg(figure, key)
 
 

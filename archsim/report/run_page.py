@@ -52,6 +52,10 @@ def run_report(
             figures.heat_map(title, image, f"map{k}") for k, (title, image) in enumerate(result.maps.items())
         ],
         latencies=latency_figures(result),
+        series=[
+            figures.series_plot(words(phase), series, f"series{k}")
+            for k, (phase, series) in enumerate(result.series.items())
+        ],
         histograms=[figures.histogram(data, f"histogram{k}") for k, data in enumerate(result.histograms)],
         checks=result.checks,
         failed=[check for check in result.checks if not check.ok],

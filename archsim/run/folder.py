@@ -109,6 +109,7 @@ def result_json(result: Result) -> str:
         "statistics": [statistic._asdict() for statistic in result.statistics],
         "checks": [check._asdict() for check in result.checks],
         "latencies": {level: _classes(counts) for level, counts in result.latencies.items()},
+        "series": {phase: series._asdict() for phase, series in result.series.items()},
     }
     return as_json(tree)
 

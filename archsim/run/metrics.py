@@ -95,6 +95,12 @@ CORES = [
         "cycles", "cycles", "Core cycles until the last task was finished.", lambda view: view.counters.cycles
     ),
     Measure(
+        "drained_cycles",
+        "cycles",
+        "The same, rounded up, until nothing was on its way in caches and DRAM either.",
+        lambda view: view.counters.drained_cycles,
+    ),
+    Measure(
         "instructions",
         "instructions",
         "Issue slots in which an instruction was issued.",
@@ -300,6 +306,12 @@ DRAM = [
         "clocks",
         "Memory clocks from reads' column commands to their last data, summed over the reads.",
         lambda view: view.total("read_bus_clocks"),
+    ),
+    Measure(
+        "waited_clocks",
+        "clocks",
+        "Memory clocks from arrival to column command or forwarding, summed over all requests.",
+        lambda view: view.total("waited_clocks"),
     ),
     Measure(
         "bandwidth_bytes_per_cycle",

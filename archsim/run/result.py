@@ -33,6 +33,13 @@ class Histogram(NamedTuple):
     counts: np.ndarray  # int64 [largest value + 1]
 
 
+class Series(NamedTuple):
+    """A phase over time; run/series.py says what its columns are."""
+
+    interval_cycles: int  # of every interval but the last
+    columns: dict[str, list[float]]  # name -> a value for each interval
+
+
 class Result(NamedTuple):
     """A finished run."""
 
@@ -44,9 +51,8 @@ class Result(NamedTuple):
     shadow: np.ndarray  # bool [height, width], row 0 at the top, True in shadow
     histograms: list[Histogram]
     maps: dict[str, np.ndarray]  # title -> float32 image, NaN where there is nothing to show
-    latencies: Mapping[
-        str, np.ndarray
-    ] = {}  # phase.level -> requests answered there, by class (model/latency.py)
+    latencies: Mapping[str, np.ndarray] = {}  # phase.level -> requests answered there, by class
+    series: Mapping[str, Series] = {}  # phase -> how it went over time, if that was asked for
 
     def value(self, name: str) -> int | float:
         """The statistic of that name; KeyError if there is none."""

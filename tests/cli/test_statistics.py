@@ -11,9 +11,9 @@ def test_the_reference_is_printed():
 
 
 def test_a_word_finds_its_lines():
-    lines = CliRunner().invoke(app, ["statistics", "port_percent"]).stdout.splitlines()
+    lines = CliRunner().invoke(app, ["statistics", "forwarded_bytes"]).stdout.splitlines()
 
-    assert lines == ["{phase}.{cache}.port_percent [%]: Accesses over what the ports could take in `cycles`."]
+    assert lines == ["{phase}.dram.forwarded_bytes [bytes]: Bytes of those reads."]
 
 
 def test_a_word_that_is_nowhere_is_an_error_with_a_hint():

@@ -118,7 +118,7 @@ def _initial_state(spec: PipelineSpec, machine: Machine, watched: tuple[int, ...
     core = new_cores(machine.core, num_reasons, longest_wake)
     core.ready[:] = 0
     run = np.zeros(1, RUN)
-    run["next_answer"] = run["next_lookup"] = NEVER
+    run["next_answer"] = run["next_lookup"] = run["pause"] = NEVER
     cache = new_caches(machine.caches, spec.caches, queue_capacity, watched)
     return State(
         stages=new_stages(spec.units, num_reasons),

@@ -37,6 +37,7 @@ DRAM_COUNTERS = (
     "precharges",
     "refreshes",
     "data_clocks",
+    "waited_clocks",
     "read_queue_clocks",
     "read_refresh_clocks",
     "read_activation_clocks",

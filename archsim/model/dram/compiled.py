@@ -174,6 +174,7 @@ def _serve_first(spec, state, clock, number):
         channel["data_beats"] = (clock + spec.timing.n_cl) * spec.clock_beats
         requester = min(request["requester"], NO_REQUESTER)
         served_at(state, number, clock)
+        channel["waited_clocks"] += clock - request["clock"]
         if request["is_write"] != 0:
             channel["writes"] += 1
         else:

@@ -140,6 +140,7 @@ def column(spec, state, clock, number, slot):
     bank, is_write, bursts = state.banks[number, request["bank"]], request["is_write"], request["bursts"]
     last = clock + (bursts - 1) * timing.n_ccd_l
     find_wait(spec, state, number, slot, clock)
+    channel["waited_clocks"] += clock - request["clock"]
     channel["last_burst"] = bank["last_use"] = last
     channel["data_clocks"] += bursts * (spec.burst_beats // spec.clock_beats)
     raise_to(channel, "read", last + timing.n_ccd)

@@ -49,6 +49,7 @@ def enter(spec, state, clock, number):
             channel["forwarded_bytes"] += request["bursts"] * spec.burst_beats * spec.beat_bytes
             channel["data_beats"] = (clock + 1) * spec.clock_beats
             served_at(state, number, NEVER)
+            channel["waited_clocks"] += clock - request["clock"]
             drop_oldest(state.queue, reads)
             return request["requester"]
         _take(spec, state, clock, number, request)

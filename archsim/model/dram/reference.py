@@ -126,6 +126,7 @@ class Channel:
         for queued in self.reads:
             self.data_end = m + self.spec.timing.n_cl
             self.counts["row_hits"] += 1
+            self.counts["waited_clocks"] += m - queued.arrival_clock
             self.counts["data_clocks"] += queued.num_bursts * self.spec.burst_clocks
             self.counts["writes" if queued.is_write else "reads"] += 1
             if not queued.is_write:
@@ -143,6 +144,7 @@ class Channel:
             if not queued.is_classified and self._can_forward(queued):
                 queue.remove(queued)
                 self.counts["forwarded"] += 1
+                self.counts["waited_clocks"] += m - queued.arrival_clock
                 self.counts["forwarded_bytes"] += queued.request.num_bytes
                 self._answer(m + 1, 0, queued.request)
                 continue
@@ -258,6 +260,7 @@ class Channel:
         self.burst_clocks = [m + burst * spec.timing.n_ccd_l for burst in range(bursts)]
         last = self.burst_clocks[-1]
         self.counts["data_clocks"] += bursts * spec.burst_clocks
+        self.counts["waited_clocks"] += m - queued.arrival_clock
         command = Command.WR if queued.is_write else Command.RD
         self.record(m, self.index, command, bank.number, queued.row, queued.column, bursts)
         self._tell(m, queued)
