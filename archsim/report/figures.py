@@ -71,34 +71,26 @@ def stall_stack(phases: Mapping[str, Phase]) -> str:
 
 
 @STYLED
-def cause_bars(phases: Mapping[str, Mapping[str, float]]) -> str:
-    """What the empty slots of each phase waited for, a bar for each cause down the chain that took any."""
-    causes = [
-        c
-        for c in dict.fromkeys(c for p in phases.values() for c in p)
-        if any(p.get(c) for p in phases.values())
-    ]
-    if not causes:
+def cause_bars(waiting: Mapping[str, Mapping[str, float]], title: str, key: str) -> str:
+    """What each of some waited for: a bar for each cause, from the nearest down to the DRAM, that took any."""
+    taken = {cause: None for causes in waiting.values() for cause, share in causes.items() if share > 0}
+    if not taken:
         return ""
-    figure = Figure(figsize=(11.4, 1.0 + 0.16 * len(causes) * (1 + len(phases))), layout="constrained")
+    causes = sorted(taken, key=lambda cause: cause.startswith("dram."))
+    figure = Figure(figsize=(11.4, 1.0 + 0.16 * len(causes) * (1 + len(waiting))), layout="constrained")
     axes = figure.subplots()
-    height = 0.8 / len(phases)
-    for number, ((label, shares), colour) in enumerate(
-        zip(phases.items(), (BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY) * 9, strict=False)
-    ):
+    height = 0.8 / len(waiting)
+    colours = (BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY, YELLOW, GREY) * 9
+    for number, ((label, shares), colour) in enumerate(zip(waiting.items(), colours, strict=False)):
         places = np.arange(len(causes)) + height * number - 0.4 + height / 2
-        bars = axes.barh(
-            places, [shares.get(cause, 0.0) for cause in causes], height, color=colour, label=words(label)
-        )
-        axes.bar_label(bars, [f"{shares.get(cause, 0.0):.1f}" for cause in causes], padding=3, fontsize=7)
+        values = [shares.get(cause, 0.0) for cause in causes]
+        bars = axes.barh(places, values, height, color=colour, label=words(label))
+        axes.bar_label(bars, [f"{value:.1f}" for value in values], padding=3, fontsize=7)
     axes.set_yticks(np.arange(len(causes)), [words(cause.replace(".", ": ")) for cause in causes])
-    axes.set(
-        xlabel="share of issue slots [%]",
-        title="What the empty slots waited for, from the cores down to the DRAM",
-    )
+    axes.set(xlabel="share of all issue slots or cycles [%]", title=title)
     axes.invert_yaxis()
     axes.legend(frameon=False, loc="lower right")
-    return as_svg(figure, "causes")
+    return as_svg(figure, key)
 
 
 class Roof(NamedTuple):
@@ -175,7 +167,7 @@ def series_plot(title: str, series: Series, key: str) -> str:
         panels, names, (GREEN, VERMILLION, BLUE, ORANGE, SKY, PURPLE) * 9, strict=False
     ):
         axes.stairs(series.columns[name], edges, color=colour, linewidth=1.2)
-        axes.set_ylabel(words(name.replace(".", "\n")), fontsize=8)
+        axes.set_ylabel(words(name.replace(".", "\n").replace("_bytes", "\nbytes")), fontsize=8)
         axes.set_ylim(bottom=0)
     panels[0].set_title(title)
     panels[-1].set_xlabel(f"core cycle, in intervals of {series.interval_cycles:,}")

@@ -12,7 +12,7 @@ from archsim.report.advice import advice
 from archsim.report.figures import Roof
 from archsim.report.formats import words
 from archsim.report.page import render, shadow_caption, shadow_uri
-from archsim.report.statistics import CACHE_COLUMNS, DRAM_COLUMNS, Phase, headlines, phases
+from archsim.report.statistics import CACHE_COLUMNS, DRAM_COLUMNS, Phase, headlines, phases, unit_waits
 from archsim.run.result import Result
 
 
@@ -37,7 +37,13 @@ def run_report(
         advice=[(phase.name, advice(phase)) for phase in ran],
         roofline=figures.roofline({phase.name: roof for phase in ran if (roof := roof_of(phase))}),
         stalls=figures.stall_stack({phase.name: phase for phase in ran}),
-        causes=figures.cause_bars({phase.name: phase.causes() for phase in ran}),
+        causes=figures.cause_bars(
+            {phase.name: phase.causes() for phase in ran}, "What the empty slots waited for", "causes"
+        ),
+        units=[
+            figures.cause_bars(waits, f"{words(phase)}: what the units waited for", f"units{k}")
+            for k, (phase, waits) in enumerate(unit_waits(result).items())
+        ],
         outcomes=figures.shares(cache_outcomes(ran), figures.OUTCOMES, "lookups", "caches"),
         cache_columns=CACHE_COLUMNS,
         cache_rows=[

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 from archsim.run.result import Result, Statistic
@@ -41,16 +42,40 @@ class Phase(NamedTuple):
 
     def causes(self) -> dict[str, float]:
         """Share of issue slots by what they waited for, as `no_work` or `l2.mshr`, in per cent."""
-        shares = self._shares()
-        levels = {name.partition(".")[0] for name in shares if "." in name}
-        return {name: share for name, share in shares.items() if name not in levels}
+        return _finest(self._shares())
 
     def _shares(self) -> dict[str, float]:
-        return {
-            name.removeprefix("stall.").removesuffix("_percent"): float(value)
-            for name, value in self.values.items()
-            if name.startswith("stall.")
+        return _stall_shares(self.values)
+
+
+def _stall_shares(values: Mapping[str, int | float]) -> dict[str, float]:
+    """Share of what each stall statistic names, in per cent."""
+    return {
+        name.removeprefix("stall.").removesuffix("_percent"): float(value)
+        for name, value in values.items()
+        if name.startswith("stall.")
+    }
+
+
+def _finest(shares: Mapping[str, float]) -> dict[str, float]:
+    """Those that are not the sum of others: of a level its causes."""
+    levels = {name.partition(".")[0] for name in shares if "." in name}
+    return {name: share for name, share in shares.items() if name not in levels}
+
+
+def unit_waits(result: Result) -> dict[str, dict[str, dict[str, float]]]:
+    """phase -> unit -> share of the cycles by what the unit waited for, of pipelines."""
+    found: dict[str, dict[str, dict[str, float]]] = {}
+    for name in [s.name for s in result.statistics if s.name.endswith(".busy_percent")]:
+        phase, _, unit = name.removesuffix(".busy_percent").rpartition(".")
+        prefix = f"{phase}.{unit}."
+        values = {
+            s.name.removeprefix(prefix): s.value for s in result.statistics if s.name.startswith(prefix)
         }
+        waits = _finest(_stall_shares(values))
+        waits.pop("memory", None)  # the sum of the levels
+        found.setdefault(phase, {})[unit] = waits
+    return found
 
 
 class Headline(NamedTuple):

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from archsim.report.run_page import cache_outcomes, roof_of, row_outcomes, run_report, speed_of_light
-from archsim.report.statistics import Phase, phases
-from archsim.run.result import Check
+from archsim.report.statistics import Phase, phases, unit_waits
+from archsim.run.result import Check, Statistic
 from tests.report.pages import check_self_contained
 from tests.run.results import CONFIG_YAML, MANIFEST, make_result
 
@@ -111,3 +111,22 @@ def test_the_page_says_who_set_each_value():
 
 def test_advice_is_beside_the_speed_of_light():
     assert "Limited by issue: 87 %" in page(make_result()).text
+
+
+def test_a_pipelines_units_show_what_they_waited_for():
+    values = {
+        "busy_percent": 60.0,
+        "stall.no_work_percent": 10.0,
+        "stall.memory_percent": 30.0,
+        "stall.dram_percent": 30.0,
+        "stall.dram.queue_percent": 12.0,
+        "stall.dram.bus_percent": 18.0,
+    }
+    result = make_result(
+        statistics=[
+            Statistic(f"volumes.stage_1.{name}", value, "%", "It is.") for name, value in values.items()
+        ]
+    )
+
+    waits = {"no_work": 10.0, "dram.queue": 12.0, "dram.bus": 18.0}
+    assert unit_waits(result) == {"volumes": {"stage_1": waits}}
