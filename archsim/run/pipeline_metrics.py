@@ -42,6 +42,12 @@ RUN = [
         "cycles", "cycles", "Cycles until no unit had anything left to do.", lambda view: view.counters.cycles
     ),
     Measure(
+        "drained_cycles",
+        "cycles",
+        "Cycles, rounded up, until nothing was on its way in caches and DRAM any more.",
+        lambda view: view.counters.memory.drained_cycles,
+    ),
+    Measure(
         "frames_per_second",
         "frames/s",
         "Clock frequency of the units over cycles: the rate if a frame were this alone.",
