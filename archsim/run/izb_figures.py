@@ -28,6 +28,16 @@ def fragments_of_samples(outcome: Outcome) -> np.ndarray:
     return np.bincount(outcome.fragments.sample, minlength=len(outcome.samples.cell)).astype(np.int32)
 
 
+def visits_of_samples(outcome: Outcome, grid: Grid) -> np.ndarray:
+    """int64 [num_samples] grid fragments whose list the sample is in: so often its node is visited."""
+    fragments, visits = outcome.grid_fragments, np.zeros(len(outcome.samples.cell), np.int64)
+    fragments_of_list = np.bincount(
+        _list_of(grid, np.stack([fragments.i, fragments.j], axis=1)), minlength=grid.num_physical_cells
+    )
+    visits[_placed(outcome)] = fragments_of_list[_list_of(grid, outcome.samples.cell[_placed(outcome)])]
+    return visits
+
+
 def cell_map(outcome: Outcome, grid: Grid) -> np.ndarray:
     """float32 [logical rows, logical columns] samples in each logical cell, NaN where there are none."""
     cell = outcome.samples.cell[_placed(outcome)]
@@ -43,6 +53,11 @@ def _placed(outcome: Outcome) -> np.ndarray:
 
 def _list_lengths(outcome: Outcome, grid: Grid) -> np.ndarray:
     """int64 [num_physical_cells] samples in each list."""
-    cell = outcome.samples.cell[_placed(outcome)]
-    physical_i, physical_j = physical_cell(grid, cell[:, 0].astype(np.int64), cell[:, 1].astype(np.int64))
-    return np.bincount(physical_j * grid.physical_width + physical_i, minlength=grid.num_physical_cells)
+    lists = _list_of(grid, outcome.samples.cell[_placed(outcome)])
+    return np.bincount(lists, minlength=grid.num_physical_cells)
+
+
+def _list_of(grid: Grid, cells: np.ndarray) -> np.ndarray:
+    """int64 [n] number of the physical cell of logical cells [n, 2]."""
+    physical_i, physical_j = physical_cell(grid, cells[:, 0].astype(np.int64), cells[:, 1].astype(np.int64))
+    return np.asarray(physical_j * grid.physical_width + physical_i)

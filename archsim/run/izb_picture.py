@@ -2,22 +2,32 @@
 
 from __future__ import annotations
 
-from functools import reduce
+from collections.abc import Callable
+from functools import partial, reduce
 from typing import NamedTuple
 
 import numpy as np
 
 from archsim.execute import izb_memory
 from archsim.execute.izb_memory import Structure
-from archsim.run.izb_figures import cell_map, fragment_histogram, fragments_of_samples, list_histogram
+from archsim.run.izb_figures import (
+    cell_map,
+    fragment_histogram,
+    fragments_of_samples,
+    list_histogram,
+    visits_of_samples,
+)
 from archsim.run.izb_statistics import picture_statistics, workload_statistics
 from archsim.run.izb_subject import Subject
 from archsim.run.izb_work import LightViewWork
 from archsim.run.result import Check, Histogram, Statistic
 from archsim.shadow import izb
+from archsim.shadow.grid import Grid
 from archsim.shadow.pixel_tiles import untile
 from archsim.shadow.plain import FacePlan, Outcome, run_face
 from archsim.shadow.workload import NOTHING, IzbWorkload, combined
+
+_FRAGMENT, _NODE, _HIT = 5, 7, 2  # instructions of izb_raster.s for a grid fragment, a node visited, a hit
 
 
 class Emitted(NamedTuple):
@@ -86,9 +96,12 @@ def compose(subject: Subject, views: list[LightViewWork], found: list[ViewFound]
     """The picture of all light views."""
     outcomes = [each.outcome for each in found]
     workload = reduce(combined, (outcome.workload for outcome in outcomes), NOTHING)
-    shadow, fragments = _images(subject, found)
-    maps = {"Framebuffer fragments of each pixel": fragments}
+    shadow = _shadow(subject, found)
+    maps = {"Framebuffer fragments of each pixel": _spread(subject, outcomes, fragments_of_samples)}
     histograms = [fragment_histogram(outcomes)]
+    if views and views[0].memory.storage.structure != Structure.KD_TREE:
+        cost = partial(_instructions_of_samples, views[0].grid)
+        maps["Raster instructions on each pixel's node"] = _spread(subject, outcomes, cost)
     if views:
         maps["Samples in each logical cell, first light view"] = cell_map(outcomes[0], views[0].grid)
         histograms.insert(0, list_histogram(outcomes, views[0].grid))
@@ -97,9 +110,14 @@ def compose(subject: Subject, views: list[LightViewWork], found: list[ViewFound]
 
 
 def _explained(workload: IzbWorkload) -> int:
-    """Instructions: 5 a grid fragment, 7 a node, 2 a hit."""
+    """Instructions of the raster kernel."""
     hits = workload.framebuffer_fragments_pre_z
-    return 5 * workload.grid_fragments_post_stencil + 7 * workload.node_visits + 2 * hits
+    return _FRAGMENT * workload.grid_fragments_post_stencil + _NODE * workload.node_visits + _HIT * hits
+
+
+def _instructions_of_samples(grid: Grid, outcome: Outcome) -> np.ndarray:
+    """int64 [num_samples] instructions of the raster kernel on the sample's node."""
+    return _NODE * visits_of_samples(outcome, grid) + _HIT * fragments_of_samples(outcome)
 
 
 def _sample_order(plan: FacePlan, tiles: np.ndarray) -> np.ndarray:
@@ -148,13 +166,22 @@ def _same_fragments(emitted: tuple[np.ndarray, np.ndarray], expected: Outcome, a
     )
 
 
-def _images(subject: Subject, found: list[ViewFound]) -> tuple[np.ndarray, np.ndarray]:
-    """The shadow mask, and framebuffer fragments of each pixel (NaN where there is no sample)."""
+def _shadow(subject: Subject, found: list[ViewFound]) -> np.ndarray:
+    """The shadow mask of all light views."""
     size = subject.seen.triangle.shape
     shadow = np.zeros(size, np.bool_)
-    fragments = np.full(size, np.nan, np.float32)
     for plan, face in zip(subject.plans, found, strict=True):
         shadow |= untile(plan.tiles, face.shadow, *size)
-        counts = untile(plan.tiles, fragments_of_samples(face.outcome), *size)
-        fragments[plan.face.taken] = counts[plan.face.taken]
-    return shadow, fragments
+    return shadow
+
+
+def _spread(
+    subject: Subject, outcomes: list[Outcome], of_samples: Callable[[Outcome], np.ndarray]
+) -> np.ndarray:
+    """float32 [height, width]: what is counted of each pixel's sample, NaN where there is none."""
+    size = subject.seen.triangle.shape
+    image = np.full(size, np.nan, np.float32)
+    for plan, outcome in zip(subject.plans, outcomes, strict=True):
+        counts = untile(plan.tiles, of_samples(outcome), *size)
+        image[plan.face.taken] = counts[plan.face.taken]
+    return image

@@ -42,6 +42,7 @@ from archsim.run.shadow_volumes import (
     play_on_pipeline,
     prepare_light,
     resources_of,
+    update_map,
 )
 from archsim.scene.scene import digest, load_scene
 from archsim.shadow_volumes.comparison import BRUTE_FORCE, Traffic, draw, is_bounded
@@ -166,7 +167,8 @@ def simulate_shadow_volume_kernels(
     values = {statistic.name: statistic.value for statistic in statistics}
     summary = {name: values[name] for name in FIRST}
     summary["checks_passed"] = all(check.ok for check in checks)
-    return Result(config.name, digest(scene), summary, statistics, checks, shadow, [], {})
+    maps = update_map(drawn, workload.tile)
+    return Result(config.name, digest(scene), summary, statistics, checks, shadow, [], maps)
 
 
 def _milliseconds(workload: VolumeKernelsConfig, fixed: list[Statistic]) -> float:

@@ -22,7 +22,7 @@ from archsim.run.result import Check, Result, Statistic
 from archsim.run.shadow_volume_statistics import TRAFFIC, WORKLOAD
 from archsim.scene.scene import Scene, digest, load_scene
 from archsim.shadow_volumes.casters import Grouping
-from archsim.shadow_volumes.comparison import BRUTE_FORCE, Method, Traffic, View, draw, prepare
+from archsim.shadow_volumes.comparison import BRUTE_FORCE, Method, Traffic, Variant, View, draw, prepare
 from archsim.shadow_volumes.hierarchical import Resources
 from archsim.shadow_volumes.order import Order
 from archsim.shadow_volumes.psv_cache import CacheShape
@@ -71,7 +71,19 @@ def simulate_shadow_volumes(
         f"{PHASE}.cycles",
     )
     summary = {**{name: values[name] for name in first}, "checks_passed": all(check.ok for check in checks)}
-    return Result(config.name, digest(scene), summary, statistics, checks, drawn.shadow, [], {})
+    maps = update_map(drawn, method.tile)
+    return Result(config.name, digest(scene), summary, statistics, checks, drawn.shadow, [], maps)
+
+
+def update_map(drawn: Variant, tile: int) -> dict[str, np.ndarray]:
+    """How often the stencil of a pixel was updated, tile by tile; NaN where it never was.
+
+    Hierarchically drawn, what shows are the tiles with a boundary.
+    """
+    updates = np.where(drawn.updates > 0, drawn.updates / tile**2, np.nan).astype(np.float32)
+    height, width = drawn.shadow.shape
+    spread = updates.repeat(tile, axis=0).repeat(tile, axis=1)[:height, :width]
+    return {"Stencil updates a pixel, tile by tile; grey: none": spread}
 
 
 def play_on_pipeline(

@@ -13,7 +13,7 @@ from archsim.shadow_volumes.direct import draw_directly
 from archsim.shadow_volumes.hierarchical import MIXED, Resources, draw_hierarchically
 from archsim.shadow_volumes.seen import SeenVolumes, Steps, at_once
 from archsim.shadow_volumes.stencil import values
-from archsim.shadow_volumes.tiles import screen, tiled
+from archsim.shadow_volumes.tiles import Screen, screen, tiled
 from archsim.shadow_volumes.volumes import Extrusion, seen_by, shadow_volumes
 
 STENCIL_BYTES = 1  # a pixel; read, and written again when it is changed
@@ -59,6 +59,7 @@ class Variant(NamedTuple):
 
     shadow: np.ndarray  # bool [height, width], False where the view shows nothing
     traffic: Traffic
+    updates: np.ndarray  # int64 [rows, columns] stencil pixels updated in each tile
 
 
 class View(NamedTuple):
@@ -94,7 +95,8 @@ def draw(view: View, variant: str, resources: Resources, steps: Steps = at_once)
         stencil_pixels=counts.stencil_pixels,
         sample_operations=0,
     )
-    return Variant(view.shown & (values(seen.screen, stencil) > 0), traffic)
+    shadow = view.shown & (values(seen.screen, stencil) > 0)
+    return Variant(shadow, traffic, _by_place(seen.screen, stencil.updates))
 
 
 def is_bounded(variant: str) -> bool:
@@ -122,7 +124,12 @@ def _hierarchical(view: View, seen: SeenVolumes, resources: Resources, steps: St
         stencil_pixels=counts.stencil_pixels,
         sample_operations=counts.sample_operations,
     )
-    return Variant(view.shown & outcome.shadow, traffic)
+    return Variant(view.shown & outcome.shadow, traffic, _by_place(seen.screen, outcome.updates))
+
+
+def _by_place(shown: Screen, tiles: np.ndarray) -> np.ndarray:
+    """[rows, columns]: what is known of each tile, where it is on the screen."""
+    return tiles.reshape(shown.rows, shown.columns)
 
 
 def _depth_bytes(seen: SeenVolumes, tiles: int) -> int:

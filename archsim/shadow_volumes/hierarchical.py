@@ -56,6 +56,7 @@ class Outcome(NamedTuple):
 
     shadow: np.ndarray  # bool [height, width]
     state: np.ndarray  # uint8 [num_tiles] LIT, SHADOWED or MIXED
+    updates: np.ndarray  # int64 [num_tiles] pixels updated in the tile
     counts: HierarchicalCounts
 
 
@@ -72,7 +73,8 @@ def draw_hierarchically(seen: SeenVolumes, resources: Resources, steps: Steps = 
         counts += _run(seen, (first, end), early, space, buffers, target)
     finish(screen, (buffers, target))
     counted = HierarchicalCounts(*map(int, (*counts, *buffers[1].moved, 2 * sizes.sum())))
-    return Outcome(mask(screen, target[0], target[1].state), target[1].state, counted)
+    stencil, coarse = target
+    return Outcome(mask(screen, stencil, coarse.state), coarse.state, stencil.updates, counted)
 
 
 def new_memory(screen: Screen, resources: Resources) -> Memory:

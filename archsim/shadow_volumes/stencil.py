@@ -17,17 +17,26 @@ class Stencil(NamedTuple):
 
     pixels: np.ndarray  # int32 [height, width]
     whole: np.ndarray  # int32 [num_tiles] of polygons that cover all of the tile
+    updates: np.ndarray  # int64 [num_tiles] pixels updated in the tile so far
 
 
 def new_stencil(screen: Screen) -> Stencil:
     """A cleared stencil buffer."""
     num_tiles = screen.rows * screen.columns
-    return Stencil(np.zeros((screen.height, screen.width), np.int32), np.zeros(num_tiles, np.int32))
+    pixels = np.zeros((screen.height, screen.width), np.int32)
+    return Stencil(pixels, np.zeros(num_tiles, np.int32), np.zeros(num_tiles, np.int64))
 
 
 @compiled
 def draw_tile(tile, relation, polygon, screen, stencil):
     """Draw a polygon, (footprint, extent, plane, z_pass), in one tile: (pixels updated, 1 if depths were needed)."""
+    updated, needed = _draw_tile(tile, relation, polygon, screen, stencil)
+    stencil.updates[tile] += updated
+    return updated, needed
+
+
+@inlined
+def _draw_tile(tile, relation, polygon, screen, stencil):
     footprint, extent, plane, z_pass = polygon
     y0 = (tile // screen.columns) * screen.tile
     x0 = (tile % screen.columns) * screen.tile

@@ -355,11 +355,12 @@ def test_read_only_attributes_will_do():
 def test_build_kernel_prepends_to_a_list():
     """One tile of one pair: both samples land in cell (1, 0), the second one in front."""
     constants = np.zeros((256, 4), F)
-    constants[0] = [1, 2, 2, 1]
+    constants[0] = 1
     constants[1] = [0.25, 0, 0, 0]  # a pixel is a quarter of a cell
     constants[4] = 4  # a grid of 4 x 4 logical and physical cells, in tiles of 2 x 2
     constants[5], constants[6], constants[7] = 0.25, 2, 2
     constants[8], constants[9] = [2, 4, 2, 4], [2, 4, 2, 4]
+    constants[132] = [1, 2, 2, 1]  # from the last pair to the next
     constants[254] = [1.25, 0.5, 1, 1]
     attributes = np.array([[[-1, 8, 9, 32], [0, 0, 0, 0]]], F)
     memory = new_memory(1024)

@@ -36,6 +36,13 @@ def test_the_same_run_gives_the_same_result(tiny):
     assert plain(simulate(load_run(TINY, SMALL))) == plain(tiny)
 
 
+def test_what_the_raster_kernel_spends_on_pixels_and_on_fragments_is_all_of_it(tiny):
+    """5 instructions a grid fragment are no pixel's."""
+    on_pixels = np.nansum(tiny.maps["Raster instructions on each pixel's node"])
+    on_fragments = 5 * tiny.value("workload.grid_fragments_post_stencil")
+    assert on_pixels + on_fragments == tiny.value("izb_raster.instructions")
+
+
 def test_every_law_holds(tiny):
     assert tiny.checks
     assert [check for check in tiny.checks if not check.ok] == []

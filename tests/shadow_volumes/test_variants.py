@@ -215,3 +215,17 @@ def test_depth_bounds_discard_tiles_before_stage_1():
     alone, together = (draw(view, name, RESOURCES).traffic for name in (HIERARCHICAL, COMBINED))
     assert together.sample_operations < alone.sample_operations
     assert together.stencil_pixels <= alone.stencil_pixels
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_every_stencil_pixel_lies_in_a_tile(variant):
+    drawn = draw(prepared(soup(25, 12, (160, 120))), variant, RESOURCES)
+    assert drawn.updates.shape == (15, 20)
+    assert drawn.updates.sum() == drawn.traffic.stencil_pixels > 0
+
+
+def test_only_brute_force_draws_tiles_without_a_boundary():
+    view = prepared(soup(25, 12, (160, 120)))
+    own, brute = (draw(view, variant, RESOURCES).updates > 0 for variant in (HIERARCHICAL, BRUTE_FORCE))
+    assert not (own & ~brute).any()
+    assert own.sum() < brute.sum()
