@@ -5,8 +5,6 @@ A channel is woken only at memory clocks at which something can happen. Waking i
 
 from __future__ import annotations
 
-import numpy as np
-
 from archsim.model.compiled import NEVER, drop_oldest, inlined_step, insert, num_items, oldest, step
 from archsim.model.dram.commands import CommandSink
 from archsim.model.dram.compiled_commands import activate, column, field_of, precharge, refresh
@@ -107,7 +105,7 @@ def take_log(state: DramState, sink: CommandSink) -> None:
 @inlined_step
 def wake_first(spec, state):
     """Play the clock `next_due` of the channel that is due; returns who is answered, or NO_REQUESTER."""
-    clock, number = state.next_due[0], np.uint32(state.next_due[1])
+    clock, number = state.next_due[0], state.next_due[1]
     if spec.scheduler == _IDEAL:
         requester = _serve_first(spec, state, clock, number)
     else:
