@@ -103,12 +103,12 @@ def new_cores(spec: CoreSpec, num_reasons: int, longest_wake_cycles: int) -> Cor
 @step
 def _next_word(ready, owner):
     """The core's next word, cyclic, that has a ready thread; if none has, the word where the round goes on."""
-    word, first = owner["word"], owner["first_word"]
-    end = first + owner["num_words"]
+    word, first = np.int64(owner["word"]), np.int64(owner["first_word"])
+    end = first + np.int64(owner["num_words"])
     while True:
-        word = np.uint32(word + 1 if word + 1 < end else first)
+        word = word + 1 if word + 1 < end else first
         if ready[word] != 0 or word == owner["word"]:
-            return word
+            return np.uint32(word)
 
 
 @inlined_step
