@@ -15,7 +15,7 @@ import archsim
 SWEEP = {
     "name": "efficiency",
     "run": "runs/izb_knot.yaml",
-    "set": {"scene.resolution": [320, 256]},
+    "set": {"scene.resolution": [640, 512]},
     "parameters": [
         {
             "grid": {
