@@ -72,12 +72,13 @@ def stall_stack(phases: Mapping[str, Phase]) -> str:
 
 @STYLED
 def cause_bars(waiting: Mapping[str, Mapping[str, float]], title: str, key: str) -> str:
-    """What each of some waited for: a bar for each cause, from the nearest down to the DRAM, that took any."""
-    taken = {cause: None for causes in waiting.values() for cause, share in causes.items() if share > 0}
+    """What each of some waited for: a bar for each cause, from the nearest to the DRAM, that took 0.05 % or more."""
+    waiting = {label: causes for label, causes in waiting.items() if any(causes.values())}
+    taken = {cause: None for causes in waiting.values() for cause, share in causes.items() if share >= 0.05}
     if not taken:
         return ""
     causes = sorted(taken, key=lambda cause: cause.startswith("dram."))
-    figure = Figure(figsize=(11.4, 1.0 + 0.16 * len(causes) * (1 + len(waiting))), layout="constrained")
+    figure = Figure(figsize=(11.4, 1.4 + 0.12 * len(causes) * (1 + len(waiting))), layout="constrained")
     axes = figure.subplots()
     height = 0.8 / len(waiting)
     colours = (BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY, YELLOW, GREY) * 9
@@ -85,11 +86,12 @@ def cause_bars(waiting: Mapping[str, Mapping[str, float]], title: str, key: str)
         places = np.arange(len(causes)) + height * number - 0.4 + height / 2
         values = [shares.get(cause, 0.0) for cause in causes]
         bars = axes.barh(places, values, height, color=colour, label=words(label))
-        axes.bar_label(bars, [f"{value:.1f}" for value in values], padding=3, fontsize=7)
+        texts = [f"{value:.1f}" if value >= 0.05 else "" for value in values]
+        axes.bar_label(bars, texts, padding=3, fontsize=7)
     axes.set_yticks(np.arange(len(causes)), [words(cause.replace(".", ": ")) for cause in causes])
     axes.set(xlabel="share of all issue slots or cycles [%]", title=title)
-    axes.invert_yaxis()
-    axes.legend(frameon=False, loc="lower right")
+    axes.set_ylim(len(causes) - 0.4, -0.6)
+    figure.legend(loc="outside lower center", ncols=8, frameon=False)
     return as_svg(figure, key)
 
 
