@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from archsim.report.statistics import Phase
 
 NEAR_PEAK = 80.0  # per cent of a resource's peak from which it is a limit
@@ -24,6 +26,25 @@ def advice(phase: Phase) -> list[str]:
     largest = max(phase.stalls(), key=lambda reason: phase.stalls()[reason] if reason != "useful" else -1.0)
     share = phase.stalls()[largest]
     return [f"No single limit is clear; most empty slots, {share:.0f} %, wait for {_said(largest)}."]
+
+
+def pipeline_advice(phase: Phase, waits: Mapping[str, Mapping[str, float]]) -> list[str]:
+    """The same for a phase on a pipeline; `waits`: unit -> share of the cycles by what it waited for."""
+    busy = {unit: float(phase.values[f"{unit}.busy_percent"]) for unit in phase.units}
+    first = max(busy, key=lambda unit: busy[unit])
+    found = [
+        f"Limited by {unit}: it is busy in {share:.0f} % of the cycles. More lanes or a shorter interval help."
+        for unit, share in busy.items()
+        if share >= NEAR_PEAK
+    ]
+    found += [*_bandwidth(phase), *_ports(phase), *_blocked(phase)]
+    if busy[first] < NEAR_PEAK and waits[first]:
+        reason = max(waits[first], key=lambda cause: waits[first][cause])
+        found.append(
+            f"{first} is the busiest unit, with {busy[first]:.0f} % of the cycles; in {waits[first][reason]:.0f} % "
+            f"it waits for {_said(reason.replace('.', ': '))}."
+        )
+    return found
 
 
 def _issue(phase: Phase) -> list[str]:
@@ -109,4 +130,12 @@ def _others(phase: Phase) -> list[str]:
 
 
 def _said(reason: str) -> str:
-    return {"no_work": "a task", "lock": "a lock", "dram": "the DRAM"}.get(reason, reason)
+    return {
+        "no_work": "a task",
+        "lock": "a lock",
+        "dram": "the DRAM",
+        "output": "room behind it",
+        "pool": "a free buffer",
+        "latency": "its own latency",
+        "delay_stream": "the delay stream",
+    }.get(reason, reason)

@@ -8,11 +8,19 @@ from typing import Any
 import numpy as np
 
 from archsim.report import figures
-from archsim.report.advice import advice
+from archsim.report.advice import advice, pipeline_advice
 from archsim.report.figures import Roof
 from archsim.report.formats import words
 from archsim.report.page import render, shadow_caption, shadow_uri
-from archsim.report.statistics import CACHE_COLUMNS, DRAM_COLUMNS, Phase, headlines, phases, unit_waits
+from archsim.report.statistics import (
+    CACHE_COLUMNS,
+    DRAM_COLUMNS,
+    Phase,
+    headlines,
+    phases,
+    pipeline_phases,
+    unit_waits,
+)
 from archsim.run.result import Result
 
 
@@ -26,32 +34,38 @@ def run_report(
 
     `origins` are (key, value, who set it) of the configuration.
     """
-    ran = phases(result)
+    ran, flowed, waits = phases(result), pipeline_phases(result), unit_waits(result)
     return render(
         "run.html.j2",
         timed=bool(ran),
         title=result.name,
         subtitle=f"A run of archsim {manifest['archsim']}, {manifest['wall_seconds']:g} s of wall time",
         headlines=headlines(result),
-        light=figures.speed_of_light(speed_of_light(ran)),
-        advice=[(phase.name, advice(phase)) for phase in ran],
+        moved=bool(ran or flowed),
+        light=figures.speed_of_light(speed_of_light([*ran, *flowed])),
+        advice=[
+            *((phase.name, advice(phase)) for phase in ran),
+            *((phase.name, pipeline_advice(phase, waits[phase.name])) for phase in flowed),
+        ],
         roofline=figures.roofline({phase.name: roof for phase in ran if (roof := roof_of(phase))}),
         stalls=figures.stall_stack({phase.name: phase for phase in ran}),
         causes=figures.cause_bars(
             {phase.name: phase.causes() for phase in ran}, "What the empty slots waited for", "causes"
         ),
         units=[
-            figures.cause_bars(waits, f"{words(phase)}: what the units waited for", f"units{k}")
-            for k, (phase, waits) in enumerate(unit_waits(result).items())
+            figures.cause_bars(of_phase, f"{words(phase)}: what the units waited for", f"units{k}")
+            for k, (phase, of_phase) in enumerate(waits.items())
         ],
-        outcomes=figures.shares(cache_outcomes(ran), figures.OUTCOMES, "lookups", "caches"),
+        outcomes=figures.shares(cache_outcomes([*ran, *flowed]), figures.OUTCOMES, "lookups", "caches"),
         cache_columns=CACHE_COLUMNS,
         cache_rows=[
-            (f"{phase.name} {cache}", _below(phase, cache)) for phase in ran for cache in phase.caches
+            (f"{phase.name} {cache}", _below(phase, cache))
+            for phase in [*ran, *flowed]
+            for cache in phase.caches
         ],
-        rows=figures.shares(row_outcomes(ran), figures.OUTCOMES, "requests", "rows"),
+        rows=figures.shares(row_outcomes([*ran, *flowed]), figures.OUTCOMES, "requests", "rows"),
         dram_columns=DRAM_COLUMNS,
-        dram_rows=[(phase.name, _below(phase, "dram")) for phase in ran],
+        dram_rows=[(phase.name, _below(phase, "dram")) for phase in [*ran, *flowed]],
         shadow=shadow_uri(result.shadow),
         shadow_caption=shadow_caption(result.shadow),
         maps=[
@@ -89,7 +103,10 @@ def speed_of_light(ran: list[Phase]) -> list[tuple[str, float]]:
     """(resource, per cent of its peak) of every phase."""
     shares = []
     for phase in ran:
-        shares.append((f"{phase.name}: issue", float(phase.values["useful_percent"])))
+        if not phase.units:
+            shares.append((f"{phase.name}: issue", float(phase.values["useful_percent"])))
+        for unit in phase.units:
+            shares.append((f"{phase.name}: {unit}", float(phase.values[f"{unit}.busy_percent"])))
         for cache in phase.caches:
             shares.append((f"{phase.name}: {cache} ports", float(phase.values[f"{cache}.port_percent"])))
         shares.append((f"{phase.name}: DRAM data buses", float(phase.values["dram.bus_percent"])))

@@ -34,6 +34,7 @@ class Phase(NamedTuple):
     name: str  # e.g. izb_build
     values: dict[str, int | float]  # statistic's name without the phase -> value
     caches: list[str]  # names of its caches, nearest to the cores first
+    units: tuple[str, ...] = ()  # names of its units, if it ran on a pipeline
 
     def stalls(self) -> dict[str, float]:
         """Share of issue slots by what became of them: `useful`, then each place to wait, in per cent."""
@@ -97,6 +98,11 @@ def phases(result: Result) -> list[Phase]:
     return [_phase(result, name) for name in names]
 
 
+def pipeline_phases(result: Result) -> list[Phase]:
+    """The phases that ran on pipelines: whatever has units."""
+    return [_phase(result, name) for name in unit_waits(result)]
+
+
 def headlines(result: Result) -> list[Headline]:
     """The summary, with the unit and meaning of each number that is a statistic."""
     known = {statistic.name: statistic for statistic in result.statistics}
@@ -111,4 +117,5 @@ def _phase(result: Result, name: str) -> Phase:
     prefix = f"{name}."
     values = {s.name.removeprefix(prefix): s.value for s in result.statistics if s.name.startswith(prefix)}
     caches = [key.removesuffix(".hit_percent") for key in values if key.endswith(".hit_percent")]
-    return Phase(name, values, caches)
+    units = tuple(key.removesuffix(".busy_percent") for key in values if key.endswith(".busy_percent"))
+    return Phase(name, values, caches, units)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from archsim.report.advice import advice
+from archsim.report.advice import advice, pipeline_advice
 from archsim.report.statistics import Phase
 
 QUIET = {
@@ -65,3 +65,27 @@ def test_many_row_conflicts_are_mentioned():
         "70 % of the requests meet another open row"
         in said(stall__dram_percent=30.0, dram__row_hits=30, dram__row_conflicts=70)[0]
     )
+
+
+FLOW = {"cycles": 1000, "a.busy_percent": 60.0, "b.busy_percent": 10.0, "dram.bus_percent": 40.0}
+WAITS = {"a": {"no_work": 5.0, "pool": 30.0, "l2.mshr": 5.0}, "b": {"output": 90.0}}
+
+
+def said_of_units(**changes) -> list[str]:
+    values = {**FLOW, **{name.replace("__", "."): value for name, value in changes.items()}}
+    return pipeline_advice(Phase("p", values, [], ("a", "b")), WAITS)
+
+
+def test_of_a_pipeline_the_busiest_unit_is_said_and_what_it_waits_for():
+    assert said_of_units() == [
+        "a is the busiest unit, with 60 % of the cycles; in 30 % it waits for a free buffer."
+    ]
+
+
+def test_a_unit_near_its_peak_is_the_limit():
+    (sentence,) = said_of_units(a__busy_percent=92.0)
+    assert sentence.startswith("Limited by a: it is busy in 92 % of the cycles.")
+
+
+def test_a_pipeline_can_be_limited_by_the_dram_too():
+    assert said_of_units(dram__bus_percent=95.0)[0].startswith("Limited by DRAM bandwidth")
