@@ -16,7 +16,7 @@ from archsim.model.fifo.spec import FifoSpec
 from archsim.model.locks.spec import LocksSpec
 from archsim.model.unit.spec import NO_MEMORY, Slot, UnitSpec
 from archsim.run.measure import Measure, measured, percent, ratio
-from archsim.run.metrics import equal, memory_statistics
+from archsim.run.metrics import equal, memory_statistics, phase_latencies
 from archsim.run.result import Check, Statistic
 from archsim.run.stall_metrics import stall_statistics
 
@@ -161,6 +161,13 @@ def pipeline_statistics(phase: str, machine: PipelineMachine, counters: Pipeline
         levels, waits = _levels_below(machine, number), counters.unit_waits[number]
         found += stall_statistics(f"{phase}.{name}", levels, waits, counters.cycles)
     return found + memory_statistics(phase, without_cores(machine), counters.memory)
+
+
+def pipeline_latencies(
+    phase: str, machine: PipelineMachine, counters: PipelineCounters
+) -> dict[str, np.ndarray]:
+    """Requests by class of latency, for every cache and the DRAM."""
+    return phase_latencies(phase, without_cores(machine), counters.memory)
 
 
 def _levels_below(machine: PipelineMachine, unit: int) -> dict[str, list[int]]:

@@ -11,7 +11,7 @@ from archsim.lograster.offset import OffsetSpec, Switch
 from archsim.raster.eye_view import eye_view
 from archsim.run.listen import Listen, to_nothing
 from archsim.run.measure import measured
-from archsim.run.pipeline_metrics import pipeline_checks, pipeline_statistics
+from archsim.run.pipeline_metrics import pipeline_checks, pipeline_latencies, pipeline_statistics
 from archsim.run.progress import Progress, silent
 from archsim.run.result import Check, Result
 from archsim.run.shadow_map_statistics import (
@@ -74,16 +74,18 @@ def simulate_shadow_maps(
     if workload.compare == "ray_traced":
         expected = traced(scene, fitted.view, fitted.light, picture)
         statistics += measured("image", COMPARED, Comparison(picture.seen, shadow, expected))
-    checks = []
+    checks: list[Check] = []
+    latencies: dict[str, np.ndarray] = {}
     for each in played:
         statistics += measured(phase_of(each.shadow_map), EACH, each)
         statistics += pipeline_statistics(phase_of(each.shadow_map), machine, each.counters)
+        latencies |= pipeline_latencies(phase_of(each.shadow_map), machine, each.counters)
         checks += [*_map_checks(each), *pipeline_checks(phase_of(each.shadow_map), machine, each.counters)]
     values = {statistic.name: statistic.value for statistic in statistics}
     first = {name: values[name] for name in _FIRST if name in values}
     summary = {**first, "checks_passed": all(check.ok for check in checks)}
     images = {"m: texels in pixels": spread(picture, errors.error), **_depth_images(played)}
-    return Result(config.name, digest(scene), summary, statistics, checks, shadow, [], images)
+    return Result(config.name, digest(scene), summary, statistics, checks, shadow, [], images, latencies)
 
 
 _FIRST = (

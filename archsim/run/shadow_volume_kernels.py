@@ -23,7 +23,7 @@ from archsim.machine.pipeline.build import pipeline_machine
 from archsim.run.counted import play_counted
 from archsim.run.listen import Listen, to_nothing
 from archsim.run.measure import Measure, measured, ratio
-from archsim.run.metrics import equal, phase_checks, phase_statistics
+from archsim.run.metrics import equal, phase_checks, phase_latencies, phase_statistics
 from archsim.run.progress import Progress, silent
 from archsim.run.result import Check, Result, Statistic
 from archsim.run.shadow_volume_statistics import TRAFFIC, WORKLOAD
@@ -154,21 +154,23 @@ def simulate_shadow_volume_kernels(
     shadow = view.shown & mask(seen.screen, stages.stencil, tile_states(stages.memory, seen.screen))
     expected, drawn = draw(view, BRUTE_FORCE, resources), draw(view, workload.variant, resources)
     how = Playing(config.model, workload.variant, True, progress, listen)
-    fixed, laws = play_on_pipeline(workload.fixed_function, view, drawn.traffic, how)
-    checks = [equal_masks(shadow, expected.shadow), *_checks(cores, ran, drawn.traffic), *laws]
+    fixed = play_on_pipeline(workload.fixed_function, view, drawn.traffic, how)
+    checks = [equal_masks(shadow, expected.shadow), *_checks(cores, ran, drawn.traffic), *fixed.checks]
     statistics = [*measured("workload", WORKLOAD, view), *measured("traffic", TRAFFIC, drawn.traffic)]
+    latencies = dict(fixed.latencies)
     for phase in PHASES:
         statistics += phase_statistics(phase, cores, ran.counters[phase])
-    statistics += fixed
+        latencies |= phase_latencies(phase, cores, ran.counters[phase])
+    statistics += fixed.statistics
     statistics += measured(
-        "programmable", PROGRAMMABLE, Comparison(cores, ran, _milliseconds(workload, fixed))
+        "programmable", PROGRAMMABLE, Comparison(cores, ran, _milliseconds(workload, fixed.statistics))
     )
 
     values = {statistic.name: statistic.value for statistic in statistics}
     summary = {name: values[name] for name in FIRST}
     summary["checks_passed"] = all(check.ok for check in checks)
     maps = update_map(drawn, workload.tile)
-    return Result(config.name, digest(scene), summary, statistics, checks, shadow, [], maps)
+    return Result(config.name, digest(scene), summary, statistics, checks, shadow, [], maps, latencies)
 
 
 def _milliseconds(workload: VolumeKernelsConfig, fixed: list[Statistic]) -> float:

@@ -16,7 +16,7 @@ from archsim.machine.pipeline.play import play
 from archsim.raster.eye_view import eye_view
 from archsim.run.listen import Listen, to_nothing
 from archsim.run.measure import measured
-from archsim.run.pipeline_metrics import pipeline_checks, pipeline_statistics
+from archsim.run.pipeline_metrics import pipeline_checks, pipeline_latencies, pipeline_statistics
 from archsim.run.progress import Progress, silent
 from archsim.run.result import Check, Result, Statistic
 from archsim.run.shadow_volume_statistics import TRAFFIC, WORKLOAD
@@ -43,6 +43,14 @@ class Playing(NamedTuple):
     listen: Listen = to_nothing
 
 
+class Played(NamedTuple):
+    """What a pipeline made of a view."""
+
+    statistics: list[Statistic]
+    checks: list[Check]
+    latencies: dict[str, np.ndarray]  # as in Result
+
+
 def simulate_shadow_volumes(
     config: RunConfig, progress: Progress = silent, listen: Listen = to_nothing
 ) -> Result:
@@ -55,12 +63,12 @@ def simulate_shadow_volumes(
 
     expected, drawn = draw(view, BRUTE_FORCE, resources), draw(view, workload.variant, resources)
     how = Playing(config.model, workload.variant, workload.submission == "twice", progress, listen)
-    statistics, laws = play_on_pipeline(config.machine, view, drawn.traffic, how)
-    checks = [equal_masks(drawn.shadow, expected.shadow), *laws]
+    played = play_on_pipeline(config.machine, view, drawn.traffic, how)
+    checks = [equal_masks(drawn.shadow, expected.shadow), *played.checks]
     statistics = [
         *measured("workload", WORKLOAD, view),
         *measured("traffic", TRAFFIC, drawn.traffic),
-        *statistics,
+        *played.statistics,
     ]
     values = {statistic.name: statistic.value for statistic in statistics}
     first = (
@@ -72,7 +80,9 @@ def simulate_shadow_volumes(
     )
     summary = {**{name: values[name] for name in first}, "checks_passed": all(check.ok for check in checks)}
     maps = update_map(drawn, method.tile)
-    return Result(config.name, digest(scene), summary, statistics, checks, drawn.shadow, [], maps)
+    return Result(
+        config.name, digest(scene), summary, statistics, checks, drawn.shadow, [], maps, played.latencies
+    )
 
 
 def update_map(drawn: Variant, tile: int) -> dict[str, np.ndarray]:
@@ -86,9 +96,7 @@ def update_map(drawn: Variant, tile: int) -> dict[str, np.ndarray]:
     return {"Stencil updates a pixel, tile by tile; grey: none": spread}
 
 
-def play_on_pipeline(
-    config: MachineConfig, view: View, traffic: Traffic, how: Playing
-) -> tuple[list[Statistic], list[Check]]:
+def play_on_pipeline(config: MachineConfig, view: View, traffic: Traffic, how: Playing) -> Played:
     """A view played on a pipeline on which drawing it moves `traffic`. ArchsimError if it has no room for it."""
     machine, resources = pipeline_machine(config), resources_of(config)
     _check_memory(config, machine, view, resources)
@@ -99,7 +107,8 @@ def play_on_pipeline(
 
     counters = play(how.model, machine, work, told, how.listen(PHASE, machine))
     checks = [*_traffic_checks(counters, traffic, how.twice), *pipeline_checks(PHASE, machine, counters)]
-    return pipeline_statistics(PHASE, machine, counters), checks
+    latencies = pipeline_latencies(PHASE, machine, counters)
+    return Played(pipeline_statistics(PHASE, machine, counters), checks, latencies)
 
 
 def equal_masks(shadow: np.ndarray, expected: np.ndarray) -> Check:

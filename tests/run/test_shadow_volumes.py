@@ -96,3 +96,14 @@ def test_the_psv_cache_is_told_when_a_buffer_is_taken_and_when_it_is_released():
 def test_runs_that_cannot_be_played_are_refused(overrides, problem):
     with pytest.raises(ArchsimError, match=problem):
         run(*overrides)
+
+
+def test_every_read_is_in_the_distribution_of_latencies():
+    result = run()
+    reads, cache = result.latencies["shadow_volumes.dram"], result.latencies["shadow_volumes.psv_cache"]
+
+    writebacks = result.value("shadow_volumes.psv_cache.writebacks")
+    assert reads.sum() == result.value("shadow_volumes.dram.requests") - writebacks
+    assert cache.sum() == result.value("shadow_volumes.psv_cache.accesses") + result.value(
+        "shadow_volumes.psv_cache.clears"
+    )
