@@ -17,16 +17,16 @@ from archsim.reproduce.lloyd2007.compression import MAPS, RESOLUTIONS
 from archsim.reproduce.reproduction import Picture as Figure
 from archsim.shadowmap.picture import Picture
 
-_COLOURS = (
-    figures.VERMILLION,
-    figures.BLUE,
-    figures.SKY,
-    figures.GREEN,
-    figures.ORANGE,
-    figures.PURPLE,
-    figures.GREY,
-)
-PLOTTED = ("lloyd", "anchor", "ddpcm", "plane", "hasselgren", "hasselgren 2", "depth offset")
+PLOTTED = {
+    "lloyd": (figures.VERMILLION, "o"),
+    "anchor": (figures.BLUE, "s"),
+    "ddpcm": (figures.SKY, "^"),
+    "ddpcm 2": (figures.YELLOW, "^"),
+    "plane": (figures.GREEN, "D"),
+    "hasselgren": (figures.ORANGE, "v"),
+    "hasselgren 2": (figures.PURPLE, "v"),
+    "depth offset": (figures.GREY, "x"),
+}  # colour and marker of each codec; some lines lie on each other
 
 
 def all_pictures(
@@ -42,12 +42,13 @@ def compression_figure(measured: Mapping[str, Any]) -> Figure:
     drawing = Drawing(figsize=(11.4, 4.0), layout="constrained")
     panels = drawing.subplots(1, len(MAPS), sharey=True)
     for axes, rasterization in zip(panels, MAPS, strict=True):
-        for colour, codec in zip(_COLOURS, PLOTTED, strict=True):
+        for codec, (colour, marker) in PLOTTED.items():
             each = [
                 [buffers[rasterization, size].ratio(codec) for size in RESOLUTIONS]
                 for buffers in measured.values()
             ]
-            axes.plot(RESOLUTIONS, np.mean(each, axis=0), marker="o", markersize=4, color=colour, label=codec)
+            means = np.mean(each, axis=0)
+            axes.plot(RESOLUTIONS, means, marker=marker, markersize=5, color=colour, label=codec)
         axes.set_xscale("log", base=2)
         axes.set_xticks(RESOLUTIONS, [str(size) for size in RESOLUTIONS])
         axes.set(title=f"{rasterization} rasterization", xlabel="rows and columns of the map")
