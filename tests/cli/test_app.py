@@ -61,6 +61,13 @@ def test_packaged_runs_are_found_from_everywhere(simulated, name):
     assert [config.name for config in simulated] == ["tiny"]
 
 
+def test_a_finished_run_is_run_again_by_its_folder(simulated):
+    archsim_("run", "tiny", "--set", "seed=7", "--out", "there/tiny")
+    archsim_("run", "there/tiny", "--out", "again")
+
+    assert [config.seed for config in simulated] == [7, 7]
+
+
 def test_json_is_the_only_output(simulated):
     result = archsim_("run", "tiny", "--json", "--out", "there")
 
