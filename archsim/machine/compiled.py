@@ -17,7 +17,7 @@ from archsim.machine.spec import MachineSpec
 from archsim.machine.state import ANSWER, RUN, Machine, State
 from archsim.machine.waits import all_latencies, new_waits
 from archsim.machine.watch import Levels, Watch
-from archsim.machine.watching import Collector
+from archsim.machine.watching import Teller
 from archsim.model.cache.compiled_state import (
     CACHE_COUNTS,
     HIT,
@@ -38,7 +38,7 @@ from archsim.model.compiled import NEVER, QueueState, grown, integers, new_queue
 from archsim.model.core.compiled import NO_TASK, new_cores
 from archsim.model.core.spec import TaskOrder
 from archsim.model.dram.commands import DRAM_COUNTERS, CommandSink
-from archsim.model.dram.compiled import new_dram, recording, take_log
+from archsim.model.dram.compiled import new_dram
 from archsim.model.dram.spec import DramSpec
 from archsim.model.fifo.compiled import new_fifo
 from archsim.model.locks.compiled import new_locks
@@ -64,21 +64,16 @@ def simulate(
     ArchsimError for work that cannot be played.
     """
     machine = _machine(spec)
-    state = _initial_state(spec, machine, work.num_tasks, () if watch is None else watch.places)
     levels = Levels(len(spec.caches), spec.core.period_ticks, spec.dram.period_ticks)
-    collector = None if watch is None else Collector(levels, watch)
-    if sink is not None:
-        state = state._replace(dram=recording(state.dram))
+    teller = Teller(levels, sink, watch)
+    state = teller.ready(_initial_state(spec, machine, work.num_tasks, () if watch is None else watch.places))
     if sampling is not None:
         state.run[0]["pause"] = sampling.interval_cycles
     if work.num_tasks == 0:
         return _counters(spec, machine, state)
 
     def with_room(state: State) -> State:
-        if collector is not None:
-            collector.collect(state, is_over=False)
-        if sink is not None:
-            take_log(state.dram, sink)
+        teller.collect(state, is_over=False)
         return _with_room(machine, state)
 
     unflushed = list(range(len(spec.caches))) if flush else []
@@ -103,12 +98,9 @@ def simulate(
         else:
             break
 
-    if collector is not None:
-        collector.collect(state, is_over=True)
+    teller.collect(state, is_over=True)
     if progress is not None:
         progress(work.num_tasks, work.num_tasks)
-    if sink is not None:
-        take_log(state.dram, sink)
     return _counters(spec, machine, state)
 
 

@@ -20,7 +20,7 @@ from archsim.machine.pipeline.stuck import Wait, deadlock, unbalanced
 from archsim.machine.state import ANSWER, RUN
 from archsim.machine.waits import new_waits
 from archsim.machine.watch import Levels, Watch
-from archsim.machine.watching import Collector
+from archsim.machine.watching import Teller
 from archsim.model.cache.compiled_state import cache_table, most_fetches, most_sent, new_caches
 from archsim.model.causes import num_causes
 from archsim.model.compiled import NEVER, integers, new_queues
@@ -28,7 +28,7 @@ from archsim.model.core.compiled import new_cores
 from archsim.model.core.spec import CoreSpec, TaskOrder
 from archsim.model.delay_stream.compiled import READS, WRITES, new_streams
 from archsim.model.dram.commands import CommandSink
-from archsim.model.dram.compiled import new_dram, recording, take_log
+from archsim.model.dram.compiled import new_dram
 from archsim.model.fifo.compiled import new_pipes
 from archsim.model.pool.compiled import new_pools
 from archsim.model.unit.compiled import new_stages
@@ -51,18 +51,12 @@ def simulate(
     With `flush` all dirty lines are written back at the end. Raises ArchsimError for work that cannot be played.
     """
     machine = _machine(spec)
-    initial = _initial_state(spec, machine, () if watch is None else watch.places)
-    if sink is not None:
-        initial = initial._replace(dram=recording(initial.dram))
+    teller = Teller(Levels(len(spec.caches), spec.period_ticks, spec.dram.period_ticks), sink, watch)
+    initial = teller.ready(_initial_state(spec, machine, () if watch is None else watch.places))
     state = _with_chunk(spec, work.units, initial, work.chunks)
-    levels = Levels(len(spec.caches), spec.period_ticks, spec.dram.period_ticks)
-    collector = None if watch is None else Collector(levels, watch)
 
     def with_room(state: State) -> State:
-        if collector is not None:
-            collector.collect(state, is_over=False)
-        if sink is not None:
-            take_log(state.dram, sink)
+        teller.collect(state, is_over=False)
         return _with_room(machine, state)
 
     unflushed = list(range(len(spec.caches))) if flush else []
@@ -81,10 +75,7 @@ def simulate(
         else:
             break
 
-    if collector is not None:
-        collector.collect(state, is_over=True)
-    if sink is not None:
-        take_log(state.dram, sink)
+    teller.collect(state, is_over=True)
     return _counters(spec, state)
 
 
