@@ -32,7 +32,7 @@ from archsim.model.dram.compiled import new_dram
 from archsim.model.fifo.compiled import new_pipes
 from archsim.model.pool.compiled import new_pools
 from archsim.model.unit.compiled import new_stages
-from archsim.trace.records import RECORD, Op, Tasks
+from archsim.trace.records import RECORD, Op, Tasks, joined
 from archsim.trace.stream import PipelineWork
 
 Progress = Callable[[int], Any]  # called with the tasks ended
@@ -148,8 +148,7 @@ def _with_chunk(
         units[number]["cursor"] = end
         end += len(parts[-2]) + len(parts[-1])
         units[number]["end"] = end
-    words = np.concatenate([part.view(np.int64) for part in parts])  # ten times as fast as with fields
-    return state._replace(records=words.view(RECORD))
+    return state._replace(records=joined(parts))
 
 
 def _with_room(machine: Machine, state: State) -> State:
