@@ -57,7 +57,10 @@ def _clock_findings(machine: MachineConfig, stages: dict[str, StageConfig]) -> I
 
 def _memory_findings(machine: MachineConfig, stages: dict[str, StageConfig]) -> Iterator[Finding]:
     """Units and delay streams whose requests or rings do not fit the memory, and more than one DRAM."""
-    drams = {**machine.all_of(DramConfig), **machine.all_of(IdealDramConfig)}
+    drams: dict[str, DramConfig | IdealDramConfig] = {
+        **machine.all_of(DramConfig),
+        **machine.all_of(IdealDramConfig),
+    }
     if len(drams) != 1:
         yield Finding(("components",), f"a pipeline has one DRAM; there are {len(drams)}")
         return
