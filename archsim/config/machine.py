@@ -58,7 +58,9 @@ class MachineConfig(Section):
     """A graph of components; they refer to each other, and to clocks, by name."""
 
     name: Name  # what the machine is called
-    clocks: Annotated[dict[ComponentName, Frequency], Field(min_length=1)]  # frequencies by name
+    clocks: Annotated[
+        dict[ComponentName, Frequency], Field(min_length=1)
+    ]  # frequencies by name; all are used
     components: dict[ComponentName, ComponentConfig]  # components by name
     roles: RolesConfig | None = None  # which cores run which phase; null: it is a pipeline without cores
 
@@ -198,7 +200,7 @@ def _sectors(machine: MachineConfig) -> Iterator[Finding]:
 
 
 def _unused(machine: MachineConfig) -> Iterator[Finding]:
-    """Components that take no part: no role and no stage leads to them."""
+    """Components that take no part, as no role and no stage leads to them, and clocks that nothing runs on."""
     used: set[str] = set()
     found = {name for _, name in machine.roles or () if name is not None} | _wired(machine)
     while found:
@@ -208,6 +210,10 @@ def _unused(machine: MachineConfig) -> Iterator[Finding]:
         if name not in used:
             why = _IDLE.get(component.kind, "nothing that is used refers to it")
             yield Finding(("components", name), f"takes no part: {why}")
+    ticking = {getattr(component, "clock", None) for component in machine.components.values()}
+    for name in machine.clocks:
+        if name not in ticking:
+            yield Finding(("clocks", name), "takes no part: no component runs on this clock")
 
 
 _IDLE = {"core": "no role names it"}

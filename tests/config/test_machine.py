@@ -265,3 +265,11 @@ STAGE = "{kind: unit, clock: core, interval_cycles: 1, latency_cycles: 1, output
 def test_what_no_work_can_reach_is_told(problems, machine, component, why):
     [problem] = problems(load_machine, f"machines/{machine}.yaml", [f"{C}extra={component}"])
     assert problem.endswith(f"components.extra: takes no part: {why}")
+
+
+def test_a_clock_that_nothing_runs_on_is_told(problems):
+    assert problems(load_machine, "machines/tiny.yaml", ["clocks.memroy=3 GHz"]) == [
+        "--set clocks.memroy=3 GHz: clocks.memroy: takes no part: no component runs on this clock"
+    ]
+    [problem] = problems(load_machine, "machines/tiny.yaml", [f"{C}dram.clock=core"])
+    assert problem.endswith("clocks.memory: takes no part: no component runs on this clock")
