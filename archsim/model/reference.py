@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 from enum import IntEnum
 
@@ -50,6 +51,25 @@ class Registered:
 
     def seen(self, now: int) -> int:
         return self._before if now == self._tick else self.count
+
+
+class Stays:
+    """How long things were somewhere that they leave in the order in which they came."""
+
+    def __init__(self) -> None:
+        self.inside: deque[tuple[int, int]] = deque()  # tick of coming, and how much came
+        self.left = 0  # ticks, summed over what left
+
+    def come(self, now: int, amount: int) -> None:
+        self.inside.append((now, amount))
+
+    def leave(self, now: int) -> None:
+        came, amount = self.inside.popleft()
+        self.left += (now - came) * amount
+
+    def ticks(self, now: int) -> int:
+        """Summed over what left and what is inside."""
+        return self.left + sum((now - came) * amount for came, amount in self.inside)
 
 
 def call(event: simpy.Event, function: Callable[..., None], *arguments: object) -> None:

@@ -121,6 +121,14 @@ CHANNELS = [
         "Most items that a fifo, most bytes that a delay stream held at once.",
         lambda view: view.own("channel_peak"),
     ),
+    Measure(
+        "fill_percent",
+        "%",
+        "Share of the fifo's entries, or of the delay stream's bytes, that was held, mean over all cycles.",
+        lambda view: percent(
+            view.own("channel_stayed"), view.counters.cycles * view.machine.spec.capacity(view.number)
+        ),
+    ),
 ]
 
 STREAMS = [

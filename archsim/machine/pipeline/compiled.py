@@ -197,6 +197,16 @@ def _items(state: State) -> tuple[np.ndarray, np.ndarray]:
     return put, taken
 
 
+def _stayed(state: State) -> np.ndarray:
+    """Cycles that items or bytes were in each channel until now, summed over them."""
+    pipes, streams = state.pipes, state.streams
+    held = np.concatenate(
+        [pipes.put_in["count"] - pipes.taken["count"], streams.pushed["count"] - streams.taken["count"]]
+    )
+    stayed = np.concatenate([pipes.pipes["stayed"], streams.streams["stayed"]])
+    return np.asarray(stayed + held * state.run[0]["cycle"])
+
+
 def _counters(spec: PipelineSpec, state: State) -> PipelineCounters:
     """What the state says at the end of a run."""
     units, streams, pools = state.stages.units, state.streams, state.pools
@@ -218,6 +228,7 @@ def _counters(spec: PipelineSpec, state: State) -> PipelineCounters:
         channel_put=put,
         channel_taken=taken,
         channel_peak=np.concatenate([state.pipes.pipes["peak"], streams.streams["peak"]]),
+        channel_stayed=_stayed(state),
         stream_bytes=streams.pushed["count"].copy(),
         stream_writes=streams.transfers["next"][:, WRITES].copy(),
         stream_reads=streams.transfers["next"][:, READS].copy(),

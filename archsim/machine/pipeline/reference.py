@@ -195,6 +195,9 @@ class Machine:
             channel_put=_array([*(f.put_in.count for f in fifos), *(s.num_put for s in streams)]),
             channel_taken=_array([*(f.taken.count for f in fifos), *(s.num_taken for s in streams)]),
             channel_peak=_array([*(f.peak_items for f in fifos), *(s.peak_bytes for s in streams)]),
+            channel_stayed=_array(
+                channel.stays.ticks(self.env.now) // self.spec.period_ticks for channel in [*fifos, *streams]
+            ),
             stream_bytes=_array(stream.pushed.count for stream in streams),
             stream_writes=_array(stream.num_writes for stream in streams),
             stream_reads=_array(stream.num_reads for stream in streams),

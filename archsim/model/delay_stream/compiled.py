@@ -24,6 +24,7 @@ _STREAM_FIELDS = (
     "written",  # bytes that are there
     "asked",  # bytes asked of the memory
     "peak",  # most bytes held
+    "stayed",  # cycles in which bytes were taken less those in which they were put in
     "marks",
     "early",  # items released by overflow
 )
@@ -85,9 +86,10 @@ def has_item(state, cycle, number):
 def take(state, cycle, number):
     """The oldest item leaves in `cycle`."""
     stream = state.streams[number]
-    end = _end_of(state, number, stream["num_taken"])
-    add_now(state.taken, number, cycle, end - state.taken[number]["count"])
+    num_bytes = _end_of(state, number, stream["num_taken"]) - state.taken[number]["count"]
+    add_now(state.taken, number, cycle, num_bytes)
     stream["num_taken"] += 1
+    stream["stayed"] += cycle * num_bytes
 
 
 @step
@@ -105,6 +107,7 @@ def put(state, cycle, number, num_bytes):
     state.ends[number, stream["num_put"] & (state.ends.shape[1] - 1)] = end
     stream["num_put"] += 1
     stream["peak"] = max(stream["peak"], held)
+    stream["stayed"] -= cycle * num_bytes
     return True
 
 

@@ -9,7 +9,7 @@ import simpy
 
 from archsim.model.cache.reference import Answer, Kind
 from archsim.model.delay_stream.spec import DelayStreamSpec, Overflow
-from archsim.model.reference import Phase, Registered, at
+from archsim.model.reference import Phase, Registered, Stays, at
 from archsim.model.waiting import Wait
 
 Send = Callable[[int, Kind, int, int, Answer, Wait], None]  # (tick, kind, address, bytes, answer, wait)
@@ -34,6 +34,7 @@ class DelayStream:
         self.spec, self.env, self.index, self.period_ticks, self.send = spec, env, index, period_ticks, send
         self.ends: deque[int] = deque()  # of the items that were not taken
         self.pushed, self.released, self.read, self.taken = (Registered() for _ in range(4))
+        self.stays = Stays()  # of bytes
         self.sent = self.written = self.asked = 0
         self.writes: deque[Transfer] = deque()
         self.reads: deque[Transfer] = deque()
@@ -50,6 +51,7 @@ class DelayStream:
             return False
         self.pushed.add(now, num_bytes)
         self.ends.append(self.pushed.count)
+        self.stays.come(now, num_bytes)
         self.num_put += 1
         self.peak_bytes = max(self.peak_bytes, self.pushed.count - self.taken.seen(now))
         return True
@@ -74,6 +76,7 @@ class DelayStream:
 
     def take(self, now: int) -> None:
         self.taken.add(now, self.ends.popleft() - self.taken.count)
+        self.stays.leave(now)
         self.num_taken += 1
 
     def is_stuck(self, now: int) -> bool:
