@@ -7,6 +7,7 @@ from contextlib import AbstractContextManager, ExitStack
 from typing import Any, NamedTuple
 
 from archsim.config import RunConfig
+from archsim.config.run import StatisticsConfig
 from archsim.errors import fail
 from archsim.machine.build import PhaseMachine
 from archsim.machine.heard import NOTHING, Heard
@@ -41,7 +42,7 @@ def record_commands(config: RunConfig, phase: str | None, record: Record, progre
                 raise fail("an ideal DRAM has no commands")
             return Heard(sink=stack.enter_context(record(machine.spec.dram)))
 
-        result: Result = kind_of(config).simulate(config, progress, listen)
+        result: Result = kind_of(config).simulate(config, progress, listen=listen)
     check_phase(phase, phases)
     return result
 
@@ -72,7 +73,8 @@ def record_cycles(config: RunConfig, window: Window, phase: str | None = None) -
             recorders[name] = machine, Recorder(machine.spec, window)
         return Heard(observe=recorders[name][1].attach)
 
-    kind_of(config).simulate(config.model_copy(update={"model": "reference"}), silent, listen)
+    plain = config.model_copy(update={"model": "reference", "statistics": StatisticsConfig()})
+    kind_of(plain).simulate(plain, silent, listen=listen)
     check_phase(phase, phases)
     return [Recorded(name, machine, recorder.timeline()) for name, (machine, recorder) in recorders.items()]
 

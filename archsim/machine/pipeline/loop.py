@@ -21,7 +21,7 @@ from archsim.model.delay_stream.compiled import READS, WRITES
 from archsim.model.unit import compiled as unit_model
 from archsim.model.unit.spec import Slot
 
-OVER, WORK_WANTED, NEEDS_ROOM = range(3)  # why `play` returns
+OVER, WORK_WANTED, NEEDS_ROOM, PAUSED = range(4)  # why `play` returns
 
 
 @njit(error_model="numpy", _nrt=False, no_cfunc_wrapper=True)
@@ -31,6 +31,9 @@ def play(spec: Machine, state: State):
     cycle, first_unit = run["cycle"], run["next_core"]
     while cycle != NEVER:
         run["cycle"] = cycle
+        if run["pause"] <= cycle:
+            run["next_core"] = 0
+            return PAUSED
         if run["next_answer"] <= cycle:
             deliver_due(spec, state, cycle)
         for number in range(first_unit, len(state.stages.units)):
