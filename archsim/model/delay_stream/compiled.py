@@ -14,6 +14,7 @@ from archsim.model.compiled import add_now, inlined_step, new_counts, record, se
 from archsim.model.delay_stream.spec import DelayStreamSpec, Overflow
 
 WRITES, READS = 0, 1  # directions of a transfer
+NO_TRANSFER = -1
 
 _STREAM_FIELDS = (
     *DelayStreamSpec._fields,
@@ -80,6 +81,23 @@ def has_item(state, cycle, number):
     if stream["num_taken"] == stream["num_put"]:
         return False
     return _end_of(state, number, stream["num_taken"]) <= seen(state.read, number, cycle)
+
+
+@step
+def coming(state, cycle, number):
+    """The transfer under way before `cycle` that brings the first byte that is not here, as direction and slot in one.
+
+    NO_TRANSFER if that byte may not pass, or is not on its way.
+    """
+    stream, transfers = state.streams[number], state.transfers[number]
+    here, slots = seen(state.read, number, cycle), state.under_way.shape[2]
+    if seen(state.released, number, cycle) <= here:
+        return NO_TRANSFER
+    if transfers[READS]["oldest"] < transfers[READS]["next"]:
+        return READS * slots + (transfers[READS]["oldest"] & (slots - 1))
+    if transfers[WRITES]["oldest"] < transfers[WRITES]["next"] and stream["written"] <= here:
+        return WRITES * slots + (transfers[WRITES]["oldest"] & (slots - 1))
+    return NO_TRANSFER
 
 
 @inlined_step

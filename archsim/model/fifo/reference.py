@@ -52,6 +52,9 @@ class Pipe:
     def has_item(self, now: int) -> bool:
         return self.put_in.seen(now) > self.taken.count
 
+    def coming(self, now: int) -> None:
+        """Nothing is on its way in the memory."""
+
     def take(self, now: int) -> None:
         self.taken.add(now, 1)
         self.stays.leave(now)
