@@ -80,6 +80,6 @@ def call(event: simpy.Event, function: Callable[..., None], *arguments: object) 
 
 def stop_at(env: simpy.Environment, tick: int) -> None:
     """End the run in that tick, if it lasts so long."""
-    end = env.timeout(tick)
+    end = env.timeout(tick - env.now)
     assert end.callbacks is not None
     end.callbacks.append(simpy.core.StopSimulation.callback)
