@@ -37,7 +37,8 @@ def test_cycles_of_every_phase_are_recorded(tmp_path):
     ]
 
 
-HSV = ["hsv_knights_hierarchical", "--set", "scene.resolution=[32, 32]"]
+FEW = ["--set", "scene.resolution=[16, 16]", "--set", "scene.mesh.parameters.knights=2"]
+HSV = ["hsv_knights_hierarchical", *FEW]
 
 
 def test_a_pipeline_has_a_timeline_of_its_units(tmp_path):

@@ -80,10 +80,11 @@ def check_pipeline(result, phase, machine):
         assert sums_to(series, what, result.value(f"{phase}.{what}") * cycles)
 
 
+SMALL = ("scene.resolution=[32,24]", "scene.mesh.parameters.knights=2", "statistics.interval_cycles=500")
+
+
 def test_a_pipeline_tells_how_busy_units_and_how_full_fifos_and_delay_streams_are():
-    config = load_run(
-        "runs/hsv_knights_hierarchical.yaml", ("scene.resolution=[64,48]", "statistics.interval_cycles=500")
-    )
+    config = load_run("runs/hsv_knights_hierarchical.yaml", SMALL)
     result = simulate(config)
 
     assert len(result.series["shadow_volumes"].columns["until_cycle"]) > 10
@@ -100,7 +101,7 @@ def test_every_map_has_its_own_series():
 
 
 def test_kernels_and_the_pipeline_beside_them_tell_theirs():
-    config = load_run("runs/hsv_kernels_tiny.yaml", ("statistics.interval_cycles=2000",))
+    config = load_run("runs/hsv_kernels_tiny.yaml", (*SMALL, "workload.psv_buffers=1"))  # several batches
     result = simulate(config)
 
     check_pipeline(result, "shadow_volumes", pipeline_machine(config.workload.fixed_function))
