@@ -28,7 +28,8 @@ from archsim.shadow.light_view import LightFace
 from archsim.shadow.plain import FacePlan, grid_fragments, run_face
 from archsim.shadow.workload import IzbWorkload
 
-_DRAWINGS = 8  # of surfaces, at most
+_DRAWINGS = 8  # of surfaces of one size, at most
+_SIZES = (1, 2, 4)  # of patches, as multiples of the one asked for
 _DEPTH_STEPS = 20  # bisections of the samples' depth
 _FAR = 0.05  # relative error of a statistic beyond which the drawn light view is not what was asked for
 
@@ -41,18 +42,19 @@ class Statistics(NamedTuple):
     stencil: tuple[int, int]  # extent of the populated logical cells
     grid_fragments: tuple[int, int]  # before and after the stencil
     framebuffer_fragments: tuple[int, int]  # before and after the z test
-    patch: tuple[int, int]  # pixels of a surface
+    patch: tuple[int, int]  # pixels of a surface; more if triangles fit larger ones only
     neighbours: bool  # whether triangles that follow each other are near each other
 
 
 def draw(statistics: Statistics, grid: Grid, tile: tuple[int, int], seed: int) -> tuple[FacePlan, EyeView]:
     """A light view with about these statistics, and the eye view it belongs to. The same seed, the same view.
 
-    Surfaces on which no triangles fit the fragments are drawn again.
+    Surfaces on which no triangles fit the fragments are drawn again, and if that does not help, larger.
     """
     rng = np.random.default_rng([seed, 0])
-    for _ in range(_DRAWINGS):
-        drawn = draw_samples(statistics, grid, tile, rng)
+    for size in np.repeat(_SIZES, _DRAWINGS).tolist():
+        patch = (size * statistics.patch[0], size * statistics.patch[1])
+        drawn = draw_samples(statistics._replace(patch=patch), grid, tile, rng)
         plan, built = _with_triangles(statistics, grid, drawn, seed)
         far = _far(statistics, run_face(plan, grid).workload)
         if not far:

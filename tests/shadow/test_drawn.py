@@ -68,9 +68,18 @@ def test_pixels_beyond_whole_tiles_and_patches_have_samples():
     ("changed", "message"),
     [
         ({"list_length": 3.0}, "cannot draw a workload of 3 lists' length"),
-        ({"grid_fragments": (20_100, 20_000)}, "cannot draw a workload of 2.* grid fragments"),
+        ({"grid_fragments": (300, 200)}, "cannot draw a workload of [23]00 grid fragments"),
     ],
 )
 def test_what_cannot_be_drawn_is_said(changed, message):
     with pytest.raises(ArchsimError, match=message):
         draw(WANTED._replace(**changed), GRID, (8, 8), 1)
+
+
+def test_larger_patches_are_drawn_where_triangles_fit_no_others():
+    """Few triangles that cover much: surfaces of 16 x 16 pixels are strewn too widely for them."""
+    changed = {"grid_fragments": (4_000, 2_000), "framebuffer_fragments": (40_000, 15_000)}
+    wanted = WANTED._replace(list_length=20.0, stencil=(50, 50), **changed)
+    plan, seen = draw(wanted, GRID, (8, 8), 1)
+    assert run_face(plan, GRID).workload.grid_fragments_post_stencil == pytest.approx(2_000, rel=0.05)
+    assert np.unique(seen.triangle[:32, :32]).size == 1
