@@ -28,7 +28,7 @@ RUNS = {
     "irregular z-buffer": ("izb_bloodprison_light0", {}),
     "shadow volumes": ("hsv_knights_hierarchical", {"workload.range": None}),
 }
-CONTACT = 1e-3  # of the way from the light to a point: what is nearer to the point does not shade it
+CONTACT = 2e-5  # of the way from the light to a point: what is nearer to the point does not shade it
 
 
 class Traced:
