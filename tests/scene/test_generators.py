@@ -13,7 +13,8 @@ SMALL = {"tube_segments": 30, "tube_sides": 5, "sphere_slices": 6, "sphere_stack
 def is_closed(triangles):
     """Whether every edge is used exactly once each way."""
     edges = [(int(t[i]), int(t[(i + 1) % 3])) for t in triangles for i in range(3)]
-    return len(set(edges)) == len(edges) and all((b, a) in set(edges) for a, b in edges)
+    used = set(edges)
+    return len(used) == len(edges) and all((b, a) in used for a, b in edges)
 
 
 def test_quad_and_triangle_is_what_it_says():
