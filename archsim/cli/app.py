@@ -149,8 +149,14 @@ def _timeline(
     tasks: Annotated[
         str | None,
         typer.Option(
-            "--tasks", metavar="FIRST:LAST", help="Play these tasks of irregular shadow mapping only."
+            "--tasks",
+            metavar="FIRST:LAST",
+            help="Record what happens while units do these tasks; of irregular shadow mapping play these only.",
         ),
+    ] = None,
+    unit: Annotated[
+        str | None,
+        typer.Option("--unit", metavar="NAME", help="The unit whose tasks they are, instead of all."),
     ] = None,
     cycles: Annotated[
         str | None,
@@ -165,7 +171,7 @@ def _timeline(
     """Write what threads or units, caches and DRAM banks did when, as a trace for Perfetto."""
     from archsim.cli.timeline import Wanted, timeline
 
-    timeline(run, overrides or [], Wanted(phase, tasks, cycles, shown), out)
+    timeline(run, overrides or [], Wanted(phase, tasks, unit, cycles, shown), out)
 
 
 @app.command("report")

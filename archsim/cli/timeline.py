@@ -20,7 +20,7 @@ from archsim.run.folder import write_whole
 from archsim.run.izb_statistics import BUILD, RASTER
 from archsim.run.izb_work import Recorded, replay
 from archsim.run.kinds import kind_of
-from archsim.run.recording import record_cycles
+from archsim.run.recording import record_cycles, record_tasks
 from archsim.trace.records import Tasks
 from archsim.trace.stream import Work, whole
 
@@ -33,6 +33,7 @@ class Wanted(NamedTuple):
 
     phase: str | None
     tasks: str | None  # FIRST:LAST
+    unit: str | None  # of a pipeline, whose tasks they are
     cycles: str | None  # FIRST:LAST, instead
     waterfall: str | None  # cycles that are printed
 
@@ -42,27 +43,35 @@ def timeline(run: str, overrides: list[str], wanted: Wanted, out: Path) -> None:
     config = load_run(find_run(run), overrides)
     if wanted.cycles is not None and wanted.tasks is not None:
         raise fail("--tasks and --cycles: one of them")
-    if wanted.cycles is not None or not config.workload.kind.startswith("izb"):
-        window = parse_window(wanted.cycles or "2000")
-        recorded = record_cycles(config, window, wanted.phase)
-        for phase, machine, found in recorded:
-            place = out if len(recorded) == 1 else out.with_stem(f"{out.stem}-{phase}")
-            _write(place, found, machine, wanted.waterfall)
-    else:
+    is_izb = config.workload.kind.startswith("izb")
+    if wanted.unit is not None and (is_izb or wanted.tasks is None):
+        what = "irregular shadow mapping has no units" if is_izb else "name its tasks, too (--tasks)"
+        raise fail(f"--unit: {what}")
+    if is_izb and wanted.cycles is None:
         machine, found = _tasks(config, wanted.phase or RASTER, parse_window(wanted.tasks or "0:200"))
         _write(out, found, machine, wanted.waterfall)
+        return
+    if wanted.tasks is not None:
+        recorded = record_tasks(config, parse_window(wanted.tasks), wanted.unit, wanted.phase)
+    else:
+        recorded = record_cycles(config, parse_window(wanted.cycles or "2000"), wanted.phase)
+    for each in recorded:
+        if wanted.tasks is not None:
+            print(f"{each.phase}: cycles {each.window.first} to {each.window.last - 1}")
+        place = out if len(recorded) == 1 else out.with_stem(f"{out.stem}-{each.phase}")
+        _write(place, each.timeline, each.machine, wanted.waterfall)
 
 
 def write_timelines(config: RunConfig, window: Window, folder: Path) -> list[str]:
     """Write what happens in some cycles of every phase of a run: a trace and waterfalls of each. Their phases."""
     recorded = record_cycles(config, window)
-    for phase, machine, found in recorded:
+    for phase, machine, found, _ in recorded:
         write_whole(folder / f"timeline-{phase}.json", perfetto(found, _labels(machine)))
         write_whole(folder / f"waterfall-{phase}.txt", waterfall(found, _shown(window), _units(machine)))
         write_whole(
             folder / f"waterfall-{phase}.svg", waterfall_figure(found, _shown(window), _units(machine))
         )
-    return [phase for phase, _, _ in recorded]
+    return [each.phase for each in recorded]
 
 
 def _shown(window: Window) -> Window:
@@ -77,7 +86,7 @@ def _units(machine: PhaseMachine | PipelineMachine) -> tuple[str, ...]:
 def _labels(machine: PhaseMachine | PipelineMachine) -> Labels:
     if isinstance(machine, PipelineMachine):
         return Labels(machine.caches, machine.tick_hertz, machine.units, machine.channels)
-    return Labels(machine.cache_names, machine.tick_hertz)
+    return Labels(machine.cache_names, machine.tick_hertz, channels=(machine.fifo or "",))
 
 
 def _write(out: Path, found: Timeline, machine: PhaseMachine | PipelineMachine, shown: str | None) -> None:

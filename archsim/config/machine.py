@@ -58,7 +58,9 @@ class MachineConfig(Section):
     """A graph of components; they refer to each other, and to clocks, by name."""
 
     name: Name  # what the machine is called
-    clocks: Annotated[dict[ComponentName, Frequency], Field(min_length=1)]  # frequencies by name
+    clocks: Annotated[
+        dict[ComponentName, Frequency], Field(min_length=1)
+    ]  # frequencies by name; all are used
     components: dict[ComponentName, ComponentConfig]  # components by name
     roles: RolesConfig | None = None  # which cores run which phase; null: it is a pipeline without cores
 
@@ -198,15 +200,30 @@ def _sectors(machine: MachineConfig) -> Iterator[Finding]:
 
 
 def _unused(machine: MachineConfig) -> Iterator[Finding]:
-    """Components that take no part: no cores and no stages lead to them."""
+    """Components that take no part, as no role and no stage leads to them, and clocks that nothing runs on."""
     used: set[str] = set()
-    found = {*machine.all_of(CoreConfig), *machine.all_of(StageConfig)}
+    found = {name for _, name in machine.roles or () if name is not None} | _wired(machine)
     while found:
         used |= found
         found = {other for name in found for other in _neighbours(machine, name)} - used
-    for name in machine.components:
+    for name, component in machine.components.items():
         if name not in used:
-            yield Finding(("components", name), "takes no part: nothing that is used refers to it")
+            why = _IDLE.get(component.kind, "nothing that is used refers to it")
+            yield Finding(("components", name), f"takes no part: {why}")
+    ticking = {getattr(component, "clock", None) for component in machine.components.values()}
+    for name in machine.clocks:
+        if name not in ticking:
+            yield Finding(("clocks", name), "takes no part: no component runs on this clock")
+
+
+_IDLE = {"core": "no role names it"}
+
+
+def _wired(machine: MachineConfig) -> set[str]:
+    """The stages of a pipeline: those between others, or its only one."""
+    stages = machine.all_of(StageConfig)
+    alone = len(stages) == 1 and machine.roles is None
+    return {name for name, each in stages.items() if alone or each.inputs or each.outputs}
 
 
 def _neighbours(machine: MachineConfig, name: str) -> Iterator[str]:

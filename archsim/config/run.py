@@ -25,7 +25,7 @@ from archsim.units import Cycles
 class StatisticsConfig(Section):
     """What a run tells besides the statistics of its phases."""
 
-    # core cycles between two points of the series over time; null: no series
+    # cycles of cores or units between two points of the series over time; null: no series
     interval_cycles: Annotated[Cycles, Field(ge=1, le=1_000_000_000)] | None = None
 
 
@@ -60,9 +60,6 @@ class RunConfig(Section):
         ):
             what = f"the workload '{kind}' runs on a pipeline, and this machine has cores"
             report([Finding(("machine",), what)])
-        if self.statistics.interval_cycles is not None and not isinstance(self.workload, GridConfig):
-            what = f"must be left out: the workload '{kind}' tells no series over time"
-            report([Finding(("statistics", "interval_cycles"), what)])
         if isinstance(self.workload, VolumeKernelsConfig):
             report(list(self._check_stages(self.workload.fixed_function)))
         if isinstance(self.workload, ShadowMapsConfig) and self.scene is not None:

@@ -45,7 +45,7 @@ class DelayStreamConfig(Section):
     kind: Literal["delay_stream"]
     memory: str  # the DRAM
     size: Annotated[Bytes, Field(ge=1, le=MAX_RING_BYTES)]  # of the ring, a multiple of the line
-    address: Annotated[Bytes, Field(ge=0, le=2**40)]  # address of the ring, a multiple of the line
+    address: Annotated[Bytes, Field(ge=0, le=2**40)]  # of the ring, a multiple of the line; within the DRAM
     line: Size  # longest request to the DRAM
     outstanding: Small  # writes under way, and reads under way
     prefetch: Size  # no more is read ahead of the consumer; at least the largest item

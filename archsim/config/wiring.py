@@ -56,12 +56,15 @@ def _clock_findings(machine: MachineConfig, stages: dict[str, StageConfig]) -> I
 
 
 def _memory_findings(machine: MachineConfig, stages: dict[str, StageConfig]) -> Iterator[Finding]:
-    """Units and delay streams whose requests do not fit the memory, and more than one DRAM."""
-    drams = {name: each for name, each in machine.components.items() if each.kind in ("dram", "ideal_dram")}
+    """Units and delay streams whose requests or rings do not fit the memory, and more than one DRAM."""
+    drams: dict[str, DramConfig | IdealDramConfig] = {
+        **machine.all_of(DramConfig),
+        **machine.all_of(IdealDramConfig),
+    }
     if len(drams) != 1:
         yield Finding(("components",), f"a pipeline has one DRAM; there are {len(drams)}")
         return
-    (dram,) = drams.values()
+    ((place, dram),) = drams.items()
     for name, stage in stages.items():
         path: Path = ("components", name, "line")
         if (stage.line is None) == (stage.memory in drams):
@@ -71,6 +74,10 @@ def _memory_findings(machine: MachineConfig, stages: dict[str, StageConfig]) -> 
             yield from _line_findings(path, stage.line, dram)
     for name, stream in machine.all_of(DelayStreamConfig).items():
         yield from _line_findings(("components", name, "line"), stream.line, dram)
+        if stream.address + stream.size > dram.capacity_bytes:
+            what = f"the ring ends at {format_bytes(stream.address + stream.size)}, beyond '{place}'"
+            hint = f"'{place}' holds {format_bytes(dram.capacity_bytes)}"
+            yield Finding(("components", name, "address"), what, hint)
 
 
 def _part_findings(machine: MachineConfig, stages: dict[str, StageConfig]) -> Iterator[Finding]:
@@ -82,11 +89,9 @@ def _part_findings(machine: MachineConfig, stages: dict[str, StageConfig]) -> It
             yield Finding(("components", name, "design"), what)
 
 
-def _line_findings(path: Path, line: int, dram: object) -> Iterator[Finding]:
+def _line_findings(path: Path, line: int, dram: DramConfig | IdealDramConfig) -> Iterator[Finding]:
     if isinstance(dram, DramConfig):
         if line % dram.burst_bytes:
             yield Finding(path, f"must be a whole number of bursts, {format_bytes(dram.burst_bytes)} each")
         if dram.row_bytes % line:
             yield Finding(path, f"must divide the rows of the DRAM, {format_bytes(dram.row_bytes)}")
-    else:
-        assert isinstance(dram, IdealDramConfig)

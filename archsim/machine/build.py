@@ -44,6 +44,7 @@ class PhaseMachine(NamedTuple):
     cache_names: tuple[str, ...]  # [num_caches] component of each cache; private ones repeat their name
     tick_hertz: int
     dram_bytes: int  # capacity
+    fifo: str | None = None  # component that tasks wait in for their thread, if any
 
 
 def phase_machine(machine: MachineConfig, role: str, seed: int = 0) -> PhaseMachine:
@@ -74,7 +75,9 @@ def group_machine(machine: MachineConfig, group: str, seed: int = 0) -> PhaseMac
         caches,
         dram_spec(dram, caches[-1].line_bytes, periods[dram.clock]),
     )
-    return PhaseMachine(spec, names, machine.clocks[core.clock] * periods[core.clock], dram.capacity_bytes)
+    hertz = machine.clocks[core.clock] * periods[core.clock]
+    waits_in = core.tasks if source.interval_cycles > 0 else None
+    return PhaseMachine(spec, names, hertz, dram.capacity_bytes, waits_in)
 
 
 def _locks(machine: MachineConfig, core: CoreConfig) -> LocksSpec:

@@ -15,7 +15,7 @@ class Heard(NamedTuple):
 
     sink: CommandSink | None = None  # takes the commands of the DRAM
     watch: Watch | None = None  # takes the requests that reach a level
-    sampling: Sampling | None = None  # takes counts at intervals; of a machine of cores only
+    sampling: Sampling | None = None  # takes counts at intervals, and at the end
     observe: Callable[[Any], None] | None = None  # is shown the reference model before anything happens
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from archsim.errors import fail
 from archsim.machine.checking import check_tasks
 from archsim.machine.spec import MachineSpec
-from archsim.trace.records import RECORD, Tasks
+from archsim.trace.records import RECORD, Tasks, joined
 
 
 class Loaded(NamedTuple):
@@ -42,6 +42,6 @@ def load_next(spec: MachineSpec, loaded: Loaded, chunks: Iterator[Tasks], first_
     kept = loaded.starts[first_needed - loaded.first_task :]
     num_kept = int(loaded.starts[-1] - kept[0])
     if num_kept > 0:
-        records = np.concatenate([loaded.records[kept[0] : loaded.starts[-1]], records])
+        records = joined([loaded.records[kept[0] : loaded.starts[-1]], records])
     starts = np.concatenate([kept[:-1] - kept[0], chunk_starts + num_kept])
     return Loaded(first_needed, loaded.num_tasks, starts, records)

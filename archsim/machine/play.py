@@ -8,6 +8,7 @@ from typing import Any
 
 from archsim.machine.counters import Counters
 from archsim.machine.heard import NOTHING, Heard
+from archsim.machine.series import sample_of
 from archsim.machine.spec import MachineSpec
 from archsim.trace.stream import Work
 
@@ -30,14 +31,14 @@ def play(
         raise ValueError(f"no model named {model!r}")
     simulate = import_module(f"archsim.machine.{model}").simulate
     counters: Counters = simulate(spec, work, progress, **asked_of(model, heard), flush=flush)
+    if heard.sampling is not None:
+        heard.sampling.take(sample_of(counters.drained_cycles + 1, counters))
     return counters
 
 
 def asked_of(model: str, heard: Heard) -> dict[str, Any]:
     """What is to be told, as the model's arguments. Only the reference can be observed."""
     asked = heard._asdict()
-    if heard.sampling is None:
-        del asked["sampling"]
     if heard.observe is None:
         del asked["observe"]
     elif model != "reference":

@@ -13,7 +13,7 @@ import simpy
 from archsim.errors import DeadlockError, Problem, fail
 from archsim.machine.checking import check_tasks
 from archsim.machine.counters import Counters
-from archsim.machine.series import Sampling, sample_of
+from archsim.machine.series import Sample, Sampling, sample_of
 from archsim.machine.spec import MachineSpec
 from archsim.machine.watch import SEEN, Levels, Watch, in_order, tell
 from archsim.model.cache.reference import CACHE_COUNTS, Cache, Kind, Request
@@ -55,7 +55,7 @@ def simulate(
     if sink is not None:
         machine.dram.record(commands)
     if sampling is not None:
-        machine.env.process(machine.tell(sampling))
+        machine.env.process(telling(machine, sampling, spec.core.period_ticks, sample_of))
     if observe is not None:
         observe(machine)
     seen = machine.tap(watch.places) if watch is not None else []
@@ -174,12 +174,6 @@ class Machine:
                 cache.parent = Tap(cache.parent, constantly(cache.index), seen, cycle)
         return seen
 
-    def tell(self, sampling: Sampling) -> Generator[simpy.Event, None, None]:
-        """The process that tells the counts at the beginning of every interval but the first."""
-        for cycle in itertools.count(sampling.interval_cycles, sampling.interval_cycles):
-            yield at(self.env, cycle * self.spec.core.period_ticks, Phase.SAMPLE)
-            sampling.take(sample_of(cycle, self.counters()))
-
     def watch(self, progress: Progress | None, flush: bool) -> Generator[simpy.Event, None, None]:
         """The process that ends the run: after the first tick with all finished and nothing on its way."""
         tick, periods = 0, (self.spec.core.period_ticks, self.spec.dram.period_ticks)
@@ -228,6 +222,15 @@ class Machine:
         after_last = cycles - (core.last_issue_tick // self.spec.core.period_ticks + 1)
         causes = range(num_causes(len(self.caches)))
         return [core.stalled[NO_WORK] + after_last, core.stalled[LOCK], *(core.stalled[i] for i in causes)]
+
+
+def telling(
+    machine: Any, sampling: Sampling, period_ticks: int, sample: Callable[[int, Any], Sample]
+) -> Generator[simpy.Event, None, None]:
+    """The process that tells what counters say at the beginning of every interval but the first."""
+    for cycle in itertools.count(sampling.interval_cycles, sampling.interval_cycles):
+        yield at(machine.env, cycle * period_ticks, Phase.SAMPLE)
+        sampling.take(sample(cycle, machine.counters()))
 
 
 def make_caches(

@@ -11,10 +11,11 @@ from archsim.machine.counters import Counters
 
 
 class Sample(NamedTuple):
-    """Counts before `cycle`. [K] caches; the others are summed over cores or channels."""
+    """Counts before `cycle`. [N] cores or units, [K] caches; the DRAM's are summed over its channels."""
 
     cycle: int
-    useful: int  # issue slots in which an instruction was issued
+    busy: np.ndarray  # [N] issue slots of a core in which an instruction was issued; busy cycles of a unit
+    stayed: np.ndarray  # [C] of a pipeline: cycles that items or bytes were in each fifo or delay stream
     lookups: np.ndarray  # [K] accepted, but CLEARs
     hits: np.ndarray  # [K]
     data_clocks: int  # memory clocks in which data buses carry data, counted at the column command
@@ -34,7 +35,8 @@ def sample_of(cycle: int, counters: Counters) -> Sample:
     """The sample that counters are."""
     return Sample(
         cycle=cycle,
-        useful=int(counters.useful.sum()),
+        busy=counters.useful,
+        stayed=np.zeros(0, np.int64),
         lookups=counters.cache_hits + counters.cache_merges + counters.cache_misses,
         hits=counters.cache_hits,
         data_clocks=int(counters.dram_data_clocks.sum()),

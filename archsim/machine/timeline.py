@@ -17,6 +17,7 @@ from archsim.model.causes import level_of
 from archsim.model.core.reference import LOCK, NO_WORK, Core, Thread
 from archsim.model.dram.commands import Command
 from archsim.model.dram.spec import DramSpec
+from archsim.model.fifo.reference import Fifo
 from archsim.model.reference import stop_at
 from archsim.model.waiting import Wait
 from archsim.trace.stream import Work
@@ -115,12 +116,16 @@ class MemoryRecorder:
 
     def attach_memory(self, machine: Any) -> None:
         if self.last < NEVER:
-            stop_at(machine.env, self.last + _LATER * self.period)
+            self.stop_behind(machine.env)
         for cache in machine.caches:
             between(cache, "arrive", partial(self._arrive, cache))
         for channel in machine.dram.channels:
             channel.record = self._command
             between(channel, "arrive", partial(self._queue, channel))
+
+    def stop_behind(self, env: Any) -> None:
+        """End the run when most of what began within the window has ended."""
+        stop_at(env, self.last + _LATER * self.period)
 
     def shows(self, start: int, end: int) -> bool:
         """Whether something that lasted from tick to tick is within the window."""
@@ -173,6 +178,7 @@ class Recorder(MemoryRecorder):
         self.slots: list[Slot] = []
         self.waits: dict[Place, list[Span]] = {}
         self.tasks: dict[Place, list[Span]] = {}
+        self.held: list[tuple[int, int, int]] = []
         self.begun: dict[Place, int] = {}  # tick of a thread's task under way
         self.free: dict[Place, int] = {}  # first edge after a thread's latest slot
         self.numbers: Counter[Place] = Counter()  # tasks of each thread
@@ -185,6 +191,10 @@ class Recorder(MemoryRecorder):
             for thread in core.threads:
                 own = (thread.core, thread.index)
                 self.waits[own], self.tasks[own], self.free[own] = [], [], 0
+        if machine.source is not None:
+            fifo = machine.source.fifo
+            for change in ("push", "pop"):
+                between(fifo, change, partial(self._change, fifo, machine.env))
         self.attach_memory(machine)
 
     def timeline(self) -> Timeline:
@@ -198,8 +208,17 @@ class Recorder(MemoryRecorder):
             self.accesses,
             self.commands,
             self.queues,
-            [],
+            self.held,
         )
+
+    def _change(self, fifo: Fifo, env: Any, change: Callable[..., Any]) -> Callable[..., Any]:
+        def noted(*item: Any) -> Any:
+            changed = change(*item)
+            if self.shows(int(env.now), int(env.now)):
+                self.held.append((int(env.now), 0, len(fifo.items)))
+            return changed
+
+        return noted
 
     def _issue(self, core: Core, issue: Callable[[int, Thread], None]) -> Callable[[int, Thread], None]:
         def noted(now: int, thread: Thread) -> None:

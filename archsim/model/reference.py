@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 from enum import IntEnum
 
@@ -52,6 +53,25 @@ class Registered:
         return self._before if now == self._tick else self.count
 
 
+class Stays:
+    """How long things were somewhere that they leave in the order in which they came."""
+
+    def __init__(self) -> None:
+        self.inside: deque[tuple[int, int]] = deque()  # tick of coming, and how much came
+        self.left = 0  # ticks, summed over what left
+
+    def come(self, now: int, amount: int) -> None:
+        self.inside.append((now, amount))
+
+    def leave(self, now: int) -> None:
+        came, amount = self.inside.popleft()
+        self.left += (now - came) * amount
+
+    def ticks(self, now: int) -> int:
+        """Summed over what left and what is inside."""
+        return self.left + sum((now - came) * amount for came, amount in self.inside)
+
+
 def call(event: simpy.Event, function: Callable[..., None], *arguments: object) -> None:
     """Call `function(*arguments)` when `event` comes."""
     assert event.callbacks is not None
@@ -60,6 +80,6 @@ def call(event: simpy.Event, function: Callable[..., None], *arguments: object) 
 
 def stop_at(env: simpy.Environment, tick: int) -> None:
     """End the run in that tick, if it lasts so long."""
-    end = env.timeout(tick)
+    end = env.timeout(tick - env.now)
     assert end.callbacks is not None
     end.callbacks.append(simpy.core.StopSimulation.callback)

@@ -17,7 +17,7 @@ class Labels(NamedTuple):
     caches: Sequence[str]
     tick_hertz: int
     units: Sequence[str] = ()  # of a pipeline
-    channels: Sequence[str] = ()  # its fifos, then its delay streams
+    channels: Sequence[str] = ()  # its fifos, then its delay streams; of cores the fifo before them
 
 
 def perfetto(timeline: Timeline, labels: Labels) -> str:
@@ -46,7 +46,8 @@ def _names(timeline: Timeline, labels: Labels) -> Iterator[dict[str, Any]]:
     for cache, name in enumerate(labels.caches):
         yield _name("process_name", _CACHES + cache, 0, f"{name} (cache {cache})")
     if timeline.held:
-        yield _name("process_name", _BETWEEN, 0, "fifos (items) and delay streams (bytes)")
+        what = "fifos (items) and delay streams (bytes)" if labels.units else "fifo (tasks)"
+        yield _name("process_name", _BETWEEN, 0, what)
     for channel, bank in sorted({(command.channel, command.bank) for command in timeline.commands}):
         yield _name("process_name", _CHANNELS + channel, 0, f"DRAM channel {channel}")
         yield _name("thread_name", _CHANNELS + channel, bank + 1, f"bank {bank}")

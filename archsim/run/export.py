@@ -42,7 +42,7 @@ def export(config: RunConfig, level: str, phase: str | None, take: Take, progres
 
         return Heard(watch=Watch(_places(machine, level), tell))
 
-    result = kind_of(config).simulate(config, progress, listen)
+    result = kind_of(config).simulate(config, progress, listen=listen)
     check_phase(phase, phases)
     return result
 

@@ -18,8 +18,7 @@ from archsim.run.izb_work import check_machine, prepare, replay
 from archsim.run.listen import Listen, to_nothing
 from archsim.run.metrics import phase_checks, phase_latencies, phase_statistics
 from archsim.run.progress import Progress
-from archsim.run.result import Check, Result, Series
-from archsim.run.series import Recorder
+from archsim.run.result import Check, Result
 from archsim.trace.stream import Work
 
 
@@ -30,7 +29,6 @@ class Machines(NamedTuple):
     raster: PhaseMachine
     model: str
     listen: Listen = to_nothing
-    interval_cycles: int | None = None  # of the series over time, if they are wanted
 
 
 class Played(NamedTuple):
@@ -41,7 +39,6 @@ class Played(NamedTuple):
     raster: Counters
     num_built: int  # instructions that the kernels executed
     num_rastered: int
-    series: dict[str, Series]  # by phase
 
 
 def simulate_izb(config: RunConfig, progress: Progress, listen: Listen = to_nothing) -> Result:
@@ -58,9 +55,11 @@ def simulate_izb(config: RunConfig, progress: Progress, listen: Listen = to_noth
     return _result(config.name, compose(subject, views, found), (laws, played), machines)
 
 
-def replay_izb(config: RunConfig, rendered: RenderedIzb, progress: Progress) -> Result:
+def replay_izb(
+    config: RunConfig, rendered: RenderedIzb, progress: Progress, listen: Listen = to_nothing
+) -> Result:
     """The same result from work that was rendered before, on the machine of `config`."""
-    machines = machines_of(config)
+    machines = machines_of(config)._replace(listen=listen)
     played = []
     for view in rendered.views:
         check_machine(config.machine, machines.build, view.needed_bytes)
@@ -74,7 +73,7 @@ def replay_izb(config: RunConfig, rendered: RenderedIzb, progress: Progress) -> 
 def machines_of(config: RunConfig) -> Machines:
     """What plays the run's two phases."""
     build, raster = (phase_machine(config.machine, role, config.seed) for role in (BUILD, RASTER))
-    return Machines(build, raster, config.model, interval_cycles=config.statistics.interval_cycles)
+    return Machines(build, raster, config.model)
 
 
 Phases = tuple[Callable[[], Work], Callable[[], Work], Callable[[], Work]]  # clear, build, raster
@@ -83,30 +82,20 @@ Phases = tuple[Callable[[], Work], Callable[[], Work], Callable[[], Work]]  # cl
 def _play(phases: Phases, machines: Machines, progress: Progress) -> Played:
     """The phases of one light view, each made when the one before is over; the build's processors clear."""
     clear, build, raster = phases
-    series: dict[str, Series] = {}
-    cleared, _ = _phase(machines.build, clear(), (CLEAR, machines, progress), series)
-    built, num_built = _phase(machines.build, build(), (BUILD, machines, progress), series)
-    rastered, num_rastered = _phase(machines.raster, raster(), (RASTER, machines, progress), series)
-    return Played(cleared, built, rastered, num_built, num_rastered, series)
+    cleared, _ = _phase(machines.build, clear(), (CLEAR, machines, progress))
+    built, num_built = _phase(machines.build, build(), (BUILD, machines, progress))
+    rastered, num_rastered = _phase(machines.raster, raster(), (RASTER, machines, progress))
+    return Played(cleared, built, rastered, num_built, num_rastered)
 
 
-def _phase(
-    machine: PhaseMachine, work: Work, how: tuple[str, Machines, Progress], series: dict[str, Series]
-) -> tuple[Counters, int]:
-    """Counters of a phase, and the number of instructions that the kernel executed for it; `series` gets its own."""
+def _phase(machine: PhaseMachine, work: Work, how: tuple[str, Machines, Progress]) -> tuple[Counters, int]:
+    """Counters of a phase, and the number of instructions that the kernel executed for it."""
     phase, machines, progress = how
 
     def report(done: int, total: int) -> None:
         progress(phase, done, total)
 
-    heard = machines.listen(phase, machine)
-    if machines.interval_cycles is None:
-        return play_counted(machine, work, machines.model, report, heard)
-    recorder = Recorder(machines.interval_cycles)
-    heard = heard._replace(sampling=recorder.sampling)
-    counters, num_executed = play_counted(machine, work, machines.model, report, heard)
-    series[phase] = recorder.series(machine, counters)
-    return counters, num_executed
+    return play_counted(machine, work, machines.model, report, machines.listen(phase, machine))
 
 
 def _result(
@@ -143,11 +132,6 @@ def _result(
             **phase_latencies(CLEAR, machines.build, clear),
             **phase_latencies(BUILD, machines.build, build),
             **phase_latencies(RASTER, machines.raster, raster),
-        },
-        {
-            phase if len(played) == 1 else f"{phase} of light view {number}": series
-            for number, face in enumerate(played)
-            for phase, series in face.series.items()
         },
     )
 

@@ -14,7 +14,7 @@ from archsim.run.izb_picture import Emitted, Picture, ViewLaws, compose, find
 from archsim.run.izb_statistics import BUILD
 from archsim.run.izb_subject import subject_of
 from archsim.run.izb_work import Recorded, prepare
-from archsim.trace.records import RECORD, Tasks
+from archsim.trace.records import Tasks, joined
 
 
 class RenderedIzb(NamedTuple):
@@ -76,8 +76,7 @@ def _save_tasks(folder: Path, chunks: list[Tasks]) -> None:
     np.save(folder / "chunks.npy", np.array([tasks.num_tasks for tasks in chunks], np.int64))
     lengths = [np.diff(tasks.starts) for tasks in chunks]
     np.save(folder / "lengths.npy", np.concatenate(lengths) if lengths else np.zeros(0, np.int64))
-    records = [tasks.records for tasks in chunks]
-    np.save(folder / "records.npy", np.concatenate(records) if records else np.zeros(0, RECORD))
+    np.save(folder / "records.npy", joined([tasks.records for tasks in chunks]))
 
 
 def _load_tasks(folder: Path) -> list[Tasks]:

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from importlib import import_module
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from archsim.config import RunConfig
-from archsim.run.progress import Progress
 from archsim.run.result import Result
+
+if TYPE_CHECKING:
+    from archsim.run.listen import Listen
 
 
 class Rendering(NamedTuple):
@@ -19,13 +22,15 @@ class Rendering(NamedTuple):
     render: Callable[[RunConfig], Any]
     save: Callable[[Any, Path], None]
     load: Callable[[Path], Any]
-    replay: Callable[[RunConfig, Any, Progress], Result]
+    replay: Callable[
+        ..., Result
+    ]  # of a RunConfig, what is kept, a Progress and, if somebody listens, `listen`
 
 
 class Kind(NamedTuple):
     """One kind of workload."""
 
-    simulate: Callable[..., Result]  # of a RunConfig, a Progress and, if somebody listens, a Listen
+    simulate: Callable[..., Result]  # of a RunConfig, a Progress and, if somebody listens, `listen`
     rendering: Rendering | None  # None: every run renders anew
 
 
@@ -44,18 +49,36 @@ def kind_of(config: RunConfig) -> Kind:
 def _izb() -> Kind:
     izb, rendered = import_module("archsim.run.izb"), import_module("archsim.run.izb_rendered")
     rendering = Rendering(
-        rendered.depends_on_machine, rendered.render, rendered.save, rendered.load, izb.replay_izb
+        rendered.depends_on_machine,
+        rendered.render,
+        rendered.save,
+        rendered.load,
+        _over_time(izb.replay_izb),
     )
-    return Kind(izb.simulate_izb, rendering)
+    return Kind(_over_time(izb.simulate_izb), rendering)
 
 
 def _shadow_volumes() -> Kind:
-    return Kind(import_module("archsim.run.shadow_volumes").simulate_shadow_volumes, None)
+    return Kind(_over_time(import_module("archsim.run.shadow_volumes").simulate_shadow_volumes), None)
 
 
 def _shadow_volume_kernels() -> Kind:
-    return Kind(import_module("archsim.run.shadow_volume_kernels").simulate_shadow_volume_kernels, None)
+    kernels = import_module("archsim.run.shadow_volume_kernels")
+    return Kind(_over_time(kernels.simulate_shadow_volume_kernels), None)
 
 
 def _shadow_maps() -> Kind:
-    return Kind(import_module("archsim.run.shadow_maps").simulate_shadow_maps, None)
+    return Kind(_over_time(import_module("archsim.run.shadow_maps").simulate_shadow_maps), None)
+
+
+def _over_time(play: Callable[..., Result]) -> Callable[..., Result]:
+    """The same, whose result says how the phases went over time if the run is asked to tell that."""
+    series, listening = import_module("archsim.run.series"), import_module("archsim.run.listen")
+
+    def played(config: RunConfig, *more: Any, listen: Listen = listening.to_nothing) -> Result:
+        result: Result = series.over_time(
+            config.statistics.interval_cycles, listen, partial(play, config, *more)
+        )
+        return result
+
+    return played

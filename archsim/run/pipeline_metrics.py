@@ -72,7 +72,7 @@ UNITS = [
     Measure(
         "stall.memory_percent",
         "%",
-        "Cycles in which it waited for a free access, or a LOAD or STORE held it back.",
+        "Cycles in which it waited for a free access or a delay stream's transfer, or a LOAD or STORE held it back.",
         lambda view: view.slot_percent(Slot.MEMORY),
     ),
     Measure(
@@ -120,6 +120,14 @@ CHANNELS = [
         "items or bytes",
         "Most items that a fifo, most bytes that a delay stream held at once.",
         lambda view: view.own("channel_peak"),
+    ),
+    Measure(
+        "fill_percent",
+        "%",
+        "Share of the fifo's entries, or of the delay stream's bytes, that was held, mean over all cycles.",
+        lambda view: percent(
+            view.own("channel_stayed"), view.counters.cycles * view.machine.spec.capacity(view.number)
+        ),
     ),
 ]
 
@@ -171,10 +179,11 @@ def pipeline_latencies(
 
 
 def _levels_below(machine: PipelineMachine, unit: int) -> dict[str, list[int]]:
-    """The caches that a unit's accesses may pass, by name, and the DRAM; nothing for a unit without memory."""
-    spec, level = machine.spec, machine.spec.units[unit].memory
+    """The caches that a unit's accesses may pass, by name, and the DRAM; nothing for a unit that waits for neither."""
+    spec, stage = machine.spec, machine.spec.units[unit]
+    level, has_stream = stage.memory, any(channel >= len(spec.fifos) for channel in stage.inputs)
     if level == NO_MEMORY:
-        return {}
+        return {"dram": [len(spec.caches)]} if has_stream else {}
     found = {}
     while level != DRAM_PARENT:
         found[machine.caches[level]] = [level]

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager, ExitStack
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 from archsim.config import RunConfig
-from archsim.errors import fail
+from archsim.config.run import StatisticsConfig
+from archsim.errors import did_you_mean, fail
 from archsim.machine.build import PhaseMachine
 from archsim.machine.heard import NOTHING, Heard
 from archsim.machine.pipeline.build import PipelineMachine
-from archsim.machine.pipeline.timeline import PipelineRecorder
+from archsim.machine.pipeline.timeline import PipelineRecorder, TaskRecorder
 from archsim.machine.timeline import Recorder, Timeline, Window
 from archsim.model.dram.commands import CommandSink
 from archsim.model.dram.spec import DramSpec, Scheduler
@@ -41,17 +42,22 @@ def record_commands(config: RunConfig, phase: str | None, record: Record, progre
                 raise fail("an ideal DRAM has no commands")
             return Heard(sink=stack.enter_context(record(machine.spec.dram)))
 
-        result: Result = kind_of(config).simulate(config, progress, listen)
+        result: Result = kind_of(config).simulate(config, progress, listen=listen)
     check_phase(phase, phases)
     return result
+
+
+AnyMachine = PhaseMachine | PipelineMachine
+AnyRecorder = TypeVar("AnyRecorder", bound=Recorder | PipelineRecorder)
 
 
 class Recorded(NamedTuple):
     """Some cycles of a phase, and the machine that played it."""
 
     phase: str
-    machine: PhaseMachine | PipelineMachine
+    machine: AnyMachine
     timeline: Timeline
+    window: Window  # what was recorded
 
 
 def record_cycles(config: RunConfig, window: Window, phase: str | None = None) -> list[Recorded]:
@@ -59,22 +65,73 @@ def record_cycles(config: RunConfig, window: Window, phase: str | None = None) -
 
     Plays the run once more, on the reference model, each phase up to the window's end.
     """
-    recorders: dict[str, tuple[PhaseMachine | PipelineMachine, Recorder | PipelineRecorder]] = {}
+
+    def recorder(name: str, machine: AnyMachine) -> Recorder | PipelineRecorder:
+        if isinstance(machine, PipelineMachine):
+            return PipelineRecorder(machine.spec, window)
+        return Recorder(machine.spec, window)
+
+    found: list[tuple[str, AnyMachine, Recorder | PipelineRecorder]] = _record(config, phase, recorder)
+    return [Recorded(name, machine, each.timeline(), window) for name, machine, each in found]
+
+
+def record_tasks(
+    config: RunConfig, tasks: Window, unit: str | None = None, phase: str | None = None
+) -> list[Recorded]:
+    """What happens while a unit, or every unit, does these of its tasks, in the phase or in all that pipelines play.
+
+    Plays the run once more, on the reference model, each phase until the tasks are done.
+    """
+
+    def recorder(name: str, machine: AnyMachine) -> TaskRecorder | None:
+        if not isinstance(machine, PipelineMachine):
+            if name == phase:
+                raise fail(f"the phase '{name}' is played on cores", hint="name cycles of it (--cycles)")
+            return None
+        return TaskRecorder(machine.spec, tasks, _numbers(machine, unit))
+
+    found = _record(config, phase, recorder)
+    recorded = [
+        Recorded(name, machine, each.timeline(), window)
+        for name, machine, each in found
+        if (window := each.window()) is not None
+    ]
+    if not recorded:
+        most = max(max(each.numbers[number, 0] for number in each.units) for _, _, each in found)
+        whose = f"the unit '{unit}'" if unit is not None else "every unit"
+        raise fail(f"{whose} has {most} tasks at most, none of them from {tasks.first} on")
+    return recorded
+
+
+def _numbers(machine: PipelineMachine, unit: str | None) -> list[int]:
+    """The unit, or all of them. ArchsimError if there is no such unit."""
+    if unit is None:
+        return list(range(len(machine.units)))
+    if unit not in machine.units:
+        hint = did_you_mean(unit, machine.units) or f"there are: {', '.join(machine.units)}"
+        raise fail(f"the pipeline has no unit '{unit}'", hint=hint)
+    return [machine.units.index(unit)]
+
+
+def _record(
+    config: RunConfig, phase: str | None, recorder: Callable[[str, AnyMachine], AnyRecorder | None]
+) -> list[tuple[str, AnyMachine, AnyRecorder]]:
+    """Play the run on the reference model, with a recorder for each phase that has one, in its first playing."""
+    recorders: dict[str, tuple[AnyMachine, AnyRecorder]] = {}
     phases = dict[str, None]()
 
-    def listen(name: str, machine: PhaseMachine | PipelineMachine) -> Heard:
+    def listen(name: str, machine: AnyMachine) -> Heard:
         is_first, phases[name] = name not in phases, None
-        if not is_first or phase not in (None, name):
+        own = recorder(name, machine) if is_first and phase in (None, name) else None
+        if own is None:
             return Heard(observe=_pass_over)
-        if isinstance(machine, PipelineMachine):
-            recorders[name] = machine, PipelineRecorder(machine.spec, window)
-        else:
-            recorders[name] = machine, Recorder(machine.spec, window)
-        return Heard(observe=recorders[name][1].attach)
+        recorders[name] = machine, own
+        return Heard(observe=own.attach)
 
-    kind_of(config).simulate(config.model_copy(update={"model": "reference"}), silent, listen)
+    plain = config.model_copy(update={"model": "reference", "statistics": StatisticsConfig()})
+    kind_of(plain).simulate(plain, silent, listen=listen)
     check_phase(phase, phases)
-    return [Recorded(name, machine, recorder.timeline()) for name, (machine, recorder) in recorders.items()]
+    return [(name, machine, own) for name, (machine, own) in recorders.items()]
 
 
 def _pass_over(machine: Any) -> None:

@@ -36,7 +36,7 @@ class Histogram(NamedTuple):
 class Series(NamedTuple):
     """A phase over time; run/series.py says what its columns are."""
 
-    interval_cycles: int  # of every interval but the last
+    interval_cycles: int  # of every interval, but the last ones of the phase's playings
     columns: dict[str, list[float]]  # name -> a value for each interval
 
 

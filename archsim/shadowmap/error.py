@@ -15,6 +15,9 @@ from archsim.lograster.parameterization import constants, log_warp
 from archsim.shadowmap.fit import ShadowMap, with_one
 from archsim.shadowmap.view import View, pixel_size
 
+AT_LIGHT = -1  # in place of the index of a map
+_SAME_PLACE = 1e-7  # of the coordinates: what is nearer has no direction that is worth anything
+
 
 class Places(NamedTuple):
     """Where world points are in a map, and how that changes with them."""
@@ -55,13 +58,16 @@ def serves(shadow_map: ShadowMap, points: np.ndarray) -> np.ndarray:
 
 def owner(maps: list[ShadowMap], points: np.ndarray) -> np.ndarray:
     """The map that serves each point: the first whose region it is in, else the one it is nearest to; int64
-    [n].
+    [n]. AT_LIGHT where a point light is: no map has a place for that.
     """
     shortfalls = []
     for shadow_map in maps:
         sides = with_one(points) @ shadow_map.region.T
         shortfalls.append(np.minimum(sides, 0.0).min(axis=1, initial=0.0))
-    return np.asarray(np.argmax(np.stack(shortfalls), axis=0))
+    light = maps[0].light
+    distances = np.linalg.norm(light[3] * points - light[:3], axis=1)
+    there = distances < _SAME_PLACE * light[3] * np.abs(points).max(initial=1.0)
+    return np.where(there, AT_LIGHT, np.argmax(np.stack(shortfalls), axis=0))
 
 
 def texel_sides(here: Places, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -16,7 +16,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from archsim.errors import did_you_mean, fail
-from archsim.shadowmap.cone import pieces
+from archsim.shadowmap.cone import pieces, volume
 from archsim.shadowmap.faces import face_maps
 from archsim.shadowmap.fit import NO_REGION, Plane, ShadowMap, Warp, fit, on_plane, plane_across
 from archsim.shadowmap.view import View, depth_of
@@ -79,11 +79,13 @@ def _over_range(
     """A map over the part of the view between two depths, its axis along the line of sight; several if need be."""
     maps = []
     for piece in pieces(view, light, *depths):
-        plane = plane_across(piece.axis, piece.points, view.axes[2], light)
+        plane = plane_across(piece.axis, piece.outline, view.axes[2], light)
         whole = f"{name} {piece.name}".strip()
-        centre = _lispsm_centre(plane, piece.points, view, light) if warped else None
+        centre = _lispsm_centre(plane, piece.outline, view, light) if warped else None
         regions = np.concatenate([region, piece.region])
-        maps.append(fit(whole, plane, light, piece.points, piece.points, Warp(centre, False), regions))
+        maps.append(
+            fit(whole, plane, light, piece.outline, volume(piece, light), Warp(centre, False), regions)
+        )
     return maps
 
 

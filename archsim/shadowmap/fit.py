@@ -45,8 +45,8 @@ def make_plane(origin: np.ndarray, normal: np.ndarray, along: np.ndarray, light:
     normal = normal / np.linalg.norm(normal)
     equation = np.array([*normal, -normal @ origin])
     towards = light[:3] - light[3] * origin
-    height = equation @ light / np.linalg.norm(towards)
-    if abs(height) < _LEAST_HEIGHT:
+    height = equation @ light
+    if abs(height) <= _LEAST_HEIGHT * np.linalg.norm(towards):
         return None
     equation = equation * np.sign(height)
     flat = along - (along @ normal) * normal

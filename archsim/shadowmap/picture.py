@@ -26,8 +26,8 @@ class Picture(NamedTuple):
 class Aliasing(NamedTuple):
     """The errors of a set of maps in a picture."""
 
-    error: np.ndarray  # float64 [n] m of each pixel seen
-    owner: np.ndarray  # int64 [n] its map
+    error: np.ndarray  # float64 [n] m of each pixel seen; 0 at a point light
+    owner: np.ndarray  # int64 [n] its map, or AT_LIGHT
     texel: np.ndarray  # float64 [n, 2] its place in that map, in texels
 
 

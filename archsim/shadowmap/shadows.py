@@ -18,7 +18,7 @@ def shadow_image(
 ) -> np.ndarray:
     """Bool [rows, columns]: the pixels in shadow, by the nearest texel of the drawn `depths` of each map.
 
-    Surfaces whose visible side is turned away from the light are in shadow, too.
+    Surfaces whose visible side is turned away from the light are in shadow, too; what is at a point light is lit.
     """
     dark = turned_away(maps[0].light, view, picture)
     owners = owner(list(maps), picture.points)

@@ -10,6 +10,8 @@ import numpy as np
 from archsim.errors import fail
 from archsim.scene.camera import Camera, camera_axes
 
+_SLACK = 1e-9  # of the far depth
+
 
 class View(NamedTuple):
     """A frustum: what a camera sees between two depths."""
@@ -72,6 +74,14 @@ def volume_samples(view: View, num_across: int = 13, num_along: int = 49) -> np.
 def depth_of(view: View, points: np.ndarray) -> np.ndarray:
     """Depth along the line of sight of world points [n, 3]."""
     return np.asarray((points - view.eye) @ view.axes[2])
+
+
+def holds(view: View, point: np.ndarray) -> bool:
+    """Whether a world point [3] is in a view or, to rounding, on what bounds it."""
+    x, y, depth = view.axes @ (point - view.eye)
+    slack = _SLACK * view.far
+    beyond = [view.near - depth, depth - view.far, abs(x) - view.tan_x * depth, abs(y) - view.tan_y * depth]
+    return bool(max(beyond) <= slack)
 
 
 def pixel_size(view: View, points: np.ndarray, rows: int) -> np.ndarray:

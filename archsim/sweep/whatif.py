@@ -17,7 +17,7 @@ from archsim.config.stages import DelayStreamConfig, StageConfig
 from archsim.config.sweep import SweepConfig
 from archsim.errors import fail
 from archsim.sweep.expand import flow
-from archsim.units import format_bytes
+from archsim.units import format_bytes, format_frequency
 
 _PLENTY = 1024  # MSHRs, targets and ports that nobody can use up
 _MANY = 256  # accesses under way of a unit or a delay stream
@@ -132,11 +132,13 @@ def _unlimited(cache: str) -> Iterator[tuple[str, Any]]:
 
 
 def _instant_drams(machine: MachineConfig, first: Mapping[str, CacheConfig]) -> Iterator[tuple[str, Any]]:
-    """Every DRAM replaced by a memory that answers after one cycle of the caches."""
+    """Every DRAM replaced by a memory whose clock is as fast as the caches', and that answers after one of its
+    cycles.
+    """
     for cache in list(first.values())[:1]:
-        for name, dram in machine.all_of(DramConfig).items():
-            size = format_bytes(dram.capacity_bytes)
-            yield _key(name), {"kind": "ideal_dram", "clock": cache.clock, "size": size, "latency_clocks": 1}
+        yield from _instant_memory(machine)
+        for dram in machine.all_of(DramConfig).values():
+            yield _clock(dram.clock), format_frequency(machine.clocks[cache.clock])
 
 
 def _unlimited_dram(machine: MachineConfig) -> Iterator[tuple[str, Any]]:
@@ -151,6 +153,7 @@ def _unlimited_dram(machine: MachineConfig) -> Iterator[tuple[str, Any]]:
                 "latency_clocks": dram.timing.n_cl + dram.burst_beats // dram.data_rate,
             },
         )
+        yield _clock(dram.clock), format_frequency(machine.clocks[dram.clock])
 
 
 def _ideal_stage(name: str, stage: StageConfig) -> Overrides:
@@ -168,10 +171,11 @@ def _unlimited_accesses(machine: MachineConfig) -> Overrides:
 
 
 def _instant_memory(machine: MachineConfig) -> Iterator[tuple[str, Any]]:
-    """Every DRAM of a pipeline replaced by a memory that answers in its next clock."""
+    """Every DRAM replaced by a memory that answers in its next clock."""
     for name, dram in machine.all_of(DramConfig).items():
         size = format_bytes(dram.capacity_bytes)
         yield _key(name), {"kind": "ideal_dram", "clock": dram.clock, "size": size, "latency_clocks": 1}
+        yield _clock(dram.clock), format_frequency(machine.clocks[dram.clock])
 
 
 def _no_refresh(machine: MachineConfig) -> Iterator[tuple[str, Any]]:
@@ -196,3 +200,7 @@ def _larger(size: int) -> int:
 
 def _key(component: str, key: str = "") -> str:
     return f"machine.components.{component}" + (f".{key}" if key else "")
+
+
+def _clock(name: str) -> str:
+    return f"machine.clocks.{name}"

@@ -7,6 +7,7 @@ costs per operation, not per instruction.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from enum import IntEnum
 from typing import NamedTuple
 
@@ -40,6 +41,14 @@ RECORD = np.dtype(
         ("op", np.int16),  # Op
     ]
 )
+
+
+def joined(parts: Sequence[np.ndarray]) -> np.ndarray:
+    """RECORD [n]: the records of all parts, one part after the other; each is contiguous.
+
+    They are copied as integers: ten times as fast as field by field, which is how NumPy copies records.
+    """
+    return np.concatenate([np.zeros(0, np.int64), *(part.view(np.int64) for part in parts)]).view(RECORD)
 
 
 class Tasks(NamedTuple):

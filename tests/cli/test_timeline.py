@@ -37,7 +37,8 @@ def test_cycles_of_every_phase_are_recorded(tmp_path):
     ]
 
 
-HSV = ["hsv_knights_hierarchical", "--set", "scene.resolution=[32, 32]"]
+FEW = ["--set", "scene.resolution=[16, 16]", "--set", "scene.mesh.parameters.knights=2"]
+HSV = ["hsv_knights_hierarchical", *FEW]
 
 
 def test_a_pipeline_has_a_timeline_of_its_units(tmp_path):
@@ -51,6 +52,25 @@ def test_a_pipeline_has_a_timeline_of_its_units(tmp_path):
     assert {"geometry", "psv_cache (cache 0)"} & names
     assert {"busy", "no work"} & {event["name"] for event in events if event["ph"] == "X"}
     assert "<svg" in (tmp_path / "timeline.svg").read_text()
+
+
+def test_tasks_of_a_unit_are_recorded_while_they_are_done(tmp_path):
+    out = archsim_(*HSV, "--tasks", "2:4", "--unit", "geometry").stdout
+
+    first, last = (int(word) for word in out.splitlines()[0].split()[2::2])
+    assert out.startswith("shadow_volumes: cycles ")
+    events = json.loads((tmp_path / "timeline.json").read_text())["traceEvents"]
+    names = {event["name"] for event in events if event["ph"] == "X" and event["name"].startswith("task ")}
+    assert {"task 2", "task 3"} <= names
+    assert 0 < first < last
+
+
+def test_a_fifo_before_cores_has_a_track(tmp_path):
+    slow = ["--set", "machine.components.rasterizer.interval_cycles=20"]
+    archsim_("tiny", "--set", "scene.resolution=[16, 12]", *slow, "--cycles", "500", "--phase", "izb_raster")
+
+    events = json.loads((tmp_path / "timeline.json").read_text())["traceEvents"]
+    assert {"fragments"} == {event["name"] for event in events if "held" in event.get("args", {})}
 
 
 def test_a_run_leaves_its_timelines_and_is_the_same_run(tmp_path):
@@ -78,7 +98,20 @@ def test_a_run_leaves_its_timelines_and_is_the_same_run(tmp_path):
         (["--cycles", "9", "--tasks", "9"], "one of them"),
         (["--tasks", "5:2"], "a range is written FIRST:LAST"),
         (["--tasks", "99999:100000"], "none of them from 99999 on"),
+        (["--tasks", "5", "--unit", "rasterizer"], "irregular shadow mapping has no units"),
     ],
 )
 def test_bad_input_ends_with_2(arguments, message):
     assert message in archsim_("tiny", "--set", "scene.resolution=[16, 12]", *arguments, exit_code=2).stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--unit", "geometry"], "--unit: name its tasks, too (--tasks)"),
+        (["--tasks", "3", "--unit", "geometri"], "no unit 'geometri'; did you mean 'geometry'"),
+        (["--tasks", "999999:1000000", "--unit", "geometry"], "none of them from 999999 on"),
+    ],
+)
+def test_bad_tasks_of_a_pipeline_end_with_2(arguments, message):
+    assert message in archsim_(*HSV, *arguments, exit_code=2).stderr

@@ -248,3 +248,28 @@ def test_what_nothing_refers_to_is_told_at_its_place(write, problems):
         f"{name}: {what}" for name in ("builder_l1", "queue", "feeder")
     }
     assert f"machine.yaml:3:3: components.queue: {what}" in found
+
+
+CORE = "{kind: core, count: 1, threads: 2, clock: core, memory: shader_l1, locks: null, tasks: fragments}"
+STAGE = "{kind: unit, clock: core, interval_cycles: 1, latency_cycles: 1, outputs: [], in_flight: 4}"
+
+
+@pytest.mark.parametrize(
+    ("machine", "component", "why"),
+    [
+        ("tiny", CORE, "no role names it"),
+        ("tiny", STAGE, "nothing that is used refers to it"),
+        ("tiny_pipeline", STAGE, "nothing that is used refers to it"),
+    ],
+)
+def test_what_no_work_can_reach_is_told(problems, machine, component, why):
+    [problem] = problems(load_machine, f"machines/{machine}.yaml", [f"{C}extra={component}"])
+    assert problem.endswith(f"components.extra: takes no part: {why}")
+
+
+def test_a_clock_that_nothing_runs_on_is_told(problems):
+    assert problems(load_machine, "machines/tiny.yaml", ["clocks.memroy=3 GHz"]) == [
+        "--set clocks.memroy=3 GHz: clocks.memroy: takes no part: no component runs on this clock"
+    ]
+    [problem] = problems(load_machine, "machines/tiny.yaml", [f"{C}dram.clock=core"])
+    assert problem.endswith("clocks.memory: takes no part: no component runs on this clock")

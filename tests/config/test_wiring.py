@@ -35,6 +35,11 @@ def test_the_teaching_machine_is_a_pipeline():
         (C + "held.line=48 B", "components.held.line: must be a power of two, not 48 B"),
         (C + "held.line=16 B", "components.held.line: must be a whole number of bursts, 32 B each"),
         (C + "held.size=250 B", "components.held.size: must be a multiple of the line, 32 B"),
+        (
+            C + "held.address=8 MiB",
+            "components.held.address: the ring ends at 8388864 B, beyond 'dram'; 'dram' holds 8 MiB",
+        ),
+        (C + "dram.rows=32", "components.held.address: the ring ends at 65792 B, beyond 'dram'"),
         (C + "held.overflow=releas", "must be stall or release, not 'releas'; did you mean 'release'?"),
         (C + "setup.interval_cycles=0", "must be at least 1, not 0"),
         (C + "setup.latency=3", "unknown key 'components.setup.latency'"),

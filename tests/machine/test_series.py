@@ -42,7 +42,8 @@ def test_a_sample_says_what_happened_before_its_cycle(simulate):
     _, samples = told(simulate, machine(), work([load(address()), 20]), 14)
 
     seen = [
-        (s.cycle, s.useful, int(s.lookups[0]), s.classified, s.data_clocks, s.waited_clocks) for s in samples
+        (s.cycle, int(s.busy[0]), int(s.lookups[0]), s.classified, s.data_clocks, s.waited_clocks)
+        for s in samples
     ]
     first = 1 + CLOSED_BANK
     assert seen == [(14, 1, 1, 1, 0, 0), (28, 1 + 28 - first, 1, 1, 1, 13), (42, 1 + 42 - first, 1, 1, 1, 13)]

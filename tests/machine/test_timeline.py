@@ -8,6 +8,7 @@ from archsim.report.waterfall import waterfall
 from archsim.run.izb_work import record as record_work
 from archsim.run.izb_work import replay
 from tests.machine.build import difference, lock, machine, unlock, work
+from tests.model.unit.test_unit import fed
 
 
 def test_two_cores_at_one_lock_by_hand():
@@ -24,6 +25,14 @@ def test_two_cores_at_one_lock_by_hand():
         "core 0 thread  0 |KcccU   |",
         "core 1 thread  0 |KkkkkcU |",
     ]
+
+
+def test_the_fifo_before_the_cores_is_noted_at_every_change():
+    """A task a cycle; the only thread takes the first one in 0 and the second one in 5, when the fifo is full."""
+    found = record(fed(1), work([5], [5], [5], [5]))
+
+    assert found.held[:6] == [(0, 0, 1), (0, 0, 0), (1, 0, 1), (2, 0, 2), (5, 0, 1), (6, 0, 2)]
+    assert found.held[-1] == (15, 0, 0)
 
 
 def tiny(phase):

@@ -6,7 +6,9 @@ from collections import Counter, defaultdict
 from archsim.machine.timeline import Window, record
 from archsim.report.perfetto import Labels, perfetto
 from archsim.report.waterfall import waterfall_figure
+from tests.machine.build import work
 from tests.machine.test_timeline import tiny
+from tests.model.unit.test_unit import fed
 from tests.report.pages import check_self_contained
 
 
@@ -49,6 +51,15 @@ def test_all_tracks_have_names_and_times_are_microseconds():
     assert {event["pid"] for event in found} == named
     assert set(Counter(event["ph"] for event in found)) == {"M", "X", "b", "e", "C"}
     assert min(event["dur"] for event in found if event["ph"] == "X") == 0.001  # a cycle of 1 GHz
+
+
+def test_the_fifo_before_the_cores_is_a_counter():
+    timeline = record(fed(1), work([5], [5], [5]))
+    trace = json.loads(perfetto(timeline, Labels(["l1"], 10**9, channels=("fragments",))))["traceEvents"]
+
+    held = [(event["ts"], event["args"]["held"]) for event in trace if event["name"] == "fragments"]
+    assert held[:4] == [(0.0, 1), (0.0, 0), (0.001, 1), (0.002, 2)]
+    assert "fifo (tasks)" in {event["args"].get("name") for event in trace if event["ph"] == "M"}
 
 
 def test_the_waterfall_is_a_figure():

@@ -5,7 +5,7 @@ import pytest
 
 from archsim.report.run_page import cache_outcomes, roof_of, row_outcomes, run_report, speed_of_light
 from archsim.report.statistics import Phase, phases, unit_waits
-from archsim.run.result import Check, Statistic
+from archsim.run.result import Check, Series, Statistic
 from tests.report.pages import check_self_contained
 from tests.run.results import CONFIG_YAML, MANIFEST, make_result
 
@@ -130,3 +130,27 @@ def test_a_pipelines_units_show_what_they_waited_for():
 
     waits = {"no_work": 10.0, "dram.queue": 12.0, "dram.bus": 18.0}
     assert unit_waits(result) == {"volumes": {"stage_1": waits}}
+
+
+def test_units_and_fifos_are_bands_over_time():
+    columns = {
+        "until_cycle": [500.0, 1000.0, 1210.0],
+        "dram.bandwidth_bytes_per_cycle": [1.5, 2.5, 0.5],
+        "stage_1.busy_percent": [10.0, 100.0, 0.0],
+        "stage_2.busy_percent": [0.0, 50.0, 30.0],
+        "held.fill_percent": [0.0, 99.0, 1.0],
+    }
+    shown = page(make_result(series={"shadow_volumes": Series(500, columns)}))
+
+    for text in (
+        "Over time",
+        "shadow volumes",
+        "in intervals of 500",
+        "stage 1",
+        "stage 2",
+        "busy percent",
+        "held",
+    ):
+        assert text in shown.text, text
+    pictures = [load for load in shown.loads if load.startswith("data:image/png")]
+    assert len(pictures) >= len(("busy", "fill"))

@@ -1,5 +1,7 @@
 """Maps hold what they serve, everything is served, and light rays are points of the map."""
 
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -7,11 +9,19 @@ from hypothesis import strategies as st
 
 from archsim.errors import ArchsimError
 from archsim.shadowmap import faces as shadowmap_faces
-from archsim.shadowmap.error import owner, places, serves
+from archsim.shadowmap.cone import NEAREST
+from archsim.shadowmap.error import AT_LIGHT, owner, places, serves
 from archsim.shadowmap.faces import faces
 from archsim.shadowmap.families import CASCADES, FAMILIES, make_maps
 from archsim.shadowmap.fit import with_one
-from archsim.shadowmap.view import at_depth, depth_of, directional_light, make_view, volume_samples
+from archsim.shadowmap.view import (
+    at_depth,
+    depth_of,
+    directional_light,
+    make_view,
+    point_light,
+    volume_samples,
+)
 
 from .views import ALONG_Y, DIRECTIONS, OVERHEAD, POINTS_INSIDE, view_of
 
@@ -19,11 +29,13 @@ POINTS = volume_samples(view_of(20), 5, 9)
 
 
 def check_service(family, light):
-    """Every point of the view is in the region of a map, and inside that map."""
+    """Every point of the view is in the region of a map, and inside that map unless it is the light itself."""
     maps = make_maps(family, view_of(20), light)
     served = np.stack([serves(shadow_map, POINTS) for shadow_map in maps])
     assert served.any(axis=0).all()
     owners = owner(maps, POINTS)
+    from_light = np.linalg.norm(light[:3] - light[3] * POINTS, axis=1)
+    assert (from_light[owners == AT_LIGHT] < 1e-5).all()
     for index, shadow_map in enumerate(maps):
         mine = POINTS[owners == index]
         image = with_one(mine) @ shadow_map.matrix.T
@@ -98,6 +110,19 @@ def test_a_light_inside_the_view_leaves_through_all_six_faces():
     }
 
 
+def check_depths(family, light):
+    """What is 2 % of the way from a light, and more, has its depth; nothing is beyond all depths."""
+    maps = make_maps(family, view_of(20), light)
+    owners = owner(maps, POINTS)
+    from_light = np.linalg.norm(light[:3] - POINTS, axis=1)
+    reaches = from_light > 2 * NEAREST * from_light.max()  # at most 60 degrees from the axis of depths
+    for index, shadow_map in enumerate(maps):
+        mine = owners == index
+        depth, weight = shadow_map.matrix[2:] @ with_one(POINTS).T
+        assert (depth[mine] < (1 + 1e-6) * weight[mine]).all()
+        assert (depth[mine & reaches] > -1e-6 * weight[mine & reaches]).all()
+
+
 POINTS_ANYWHERE = st.tuples(*[st.floats(-30, 30)] * 3).map(lambda p: np.array([*p, 1.0]))
 
 
@@ -105,6 +130,37 @@ POINTS_ANYWHERE = st.tuples(*[st.floats(-30, 30)] * 3).map(lambda p: np.array([*
 @given(st.sampled_from(["standard", "lispsm", "csm_lispsm"]), POINTS_ANYWHERE)
 def test_families_without_faces_serve_lights_wherever_they_are(family, light):
     check_service(family, light)
+    check_depths(family, light)
+
+
+CORNER = at_depth(view_of(20), np.array(-1.0), np.array(1.0), np.array(20.0))
+LIGHTS_ON_THE_VIEW = {
+    "in the middle of the near end": [0, 1, 0],
+    "on the near end": [0, 1, 0.375],
+    "on the near end, elsewhere": [0, 1, 0.5],
+    "in the middle of the far end": [0, 20, 0],
+    "on an edge": [0, 1, math.tan(math.radians(30))],
+    "on a side": POINTS[40],
+    "on a corner": CORNER,
+    "just outside a corner": CORNER + [-1e-9, 0, 0],
+    "just outside the near end": [1e-8, 1 - 1e-9, 0],
+    "just inside the near end": [0, 1 + 1e-9, 0],
+    "at the eye": [0, 0, 0],
+    "nearer to a point than numbers tell": [5e-324, 1, 0],
+}
+
+
+@pytest.mark.parametrize("light", LIGHTS_ON_THE_VIEW.values(), ids=LIGHTS_ON_THE_VIEW)
+@pytest.mark.parametrize("family", ["standard", "lispsm", "csm_lispsm"])
+def test_families_without_faces_serve_lights_on_what_bounds_the_view(family, light):
+    check_service(family, point_light(light))
+    check_depths(family, point_light(light))
+
+
+def test_a_face_is_not_served_by_a_light_in_its_middle():
+    """No light leaves through it."""
+    check_service("logpsm", point_light([0, 20, 0]))
+    assert "far" not in {m.name for m in make_maps("logpsm", view_of(20), point_light([0, 20, 0]))}
 
 
 @pytest.mark.parametrize(("widest", "sun", "lamp"), [(180.1, 3.0, 6.0), (90.0, 3.3, 9.7), (52.0, 4.0, 9.9)])

@@ -9,15 +9,22 @@ from archsim.model.cache.compiled_state import CLEAR, Request
 from archsim.model.cache.spec import DRAM_PARENT
 from archsim.model.compiled import inlined_step, step
 from archsim.model.core import compiled as core_model
+from archsim.model.unit import compiled as unit_model
 
 NOBODY = -1
+
+
+@inlined_step
+def number_of(spec: Machine, requester, access):
+    """The number of the requester's access among all."""
+    return requester * spec.core.num_threads + access
 
 
 @step
 def ask(spec: Machine, state: State, cycle, requester, access, where, kind):
     """Access number `access` of the requester asks in `cycle`. `where`: the memory, first and last byte."""
     level, first, last = where
-    number = requester * spec.core.num_threads + access
+    number = number_of(spec, requester, access)
     if level != DRAM_PARENT:
         request = Request(first, last + 1 - first, kind, number)
         if state.cache.watched[level] and kind != CLEAR:
@@ -57,13 +64,16 @@ def next_answered(spec: Machine, state: State, requester):
 
 
 @step
-def charge_wait(spec: Machine, state: State, cycle, unit, access):
-    """The wait of the unit since it last moved ends in `cycle` with this access: its cycles are charged."""
-    owner = state.stages.units[unit]
-    number = unit * spec.core.num_threads + access
+def charge_wait(spec: Machine, state: State, cycle, unit, request):
+    """The unit's cycles since it last moved and before `cycle` are charged to what a request waited for in them.
+
+    `request`: number of the access among all, and the level that was asked, DRAM_PARENT for the DRAM.
+    """
+    since, (number, level) = state.stages.units[unit]["since"], request
     counts, reason = state.stages.waits[unit], state.core.threads[number]["reason"]
     if reason == IN_PARTS:
-        level = owner["memory"] if owner["memory"] != DRAM_PARENT else len(spec.caches)
-        waits.charge(spec, state, counts, (owner["since"], cycle), (number, level))
+        level = level if level != DRAM_PARENT else len(spec.caches)
+        waits.charge(spec, state, counts, (since, cycle), (number, level))
     else:
-        counts[reason] += cycle - owner["since"]
+        counts[reason] += cycle - since
+    unit_model.account(state.stages, cycle, unit)

@@ -40,7 +40,7 @@ def _completes(spec, state, cycle, number):
     channel = state.stages.wiring[unit["first_outputs"] + oldest["address"]]
     if op == Op.EMIT:
         return channels.put(spec, state, cycle, channel, oldest["end"] - oldest["address"])
-    channels.mark(state, cycle, channel)
+    channels.mark(spec, state, cycle, channel)
     return True
 
 

@@ -24,6 +24,9 @@ class PipelineCounters(NamedTuple):
     channel_put: np.ndarray  # [C] items emitted into the channel
     channel_taken: np.ndarray  # [C] items taken from it
     channel_peak: np.ndarray  # [C] most items (fifo) or bytes (delay stream) held at once
+    channel_stayed: (
+        np.ndarray
+    )  # [C] cycles that items (fifo) or bytes (delay stream) were in it, summed over them
     stream_bytes: np.ndarray  # [D] bytes emitted into the delay stream
     stream_writes: np.ndarray  # [D] requests that wrote them to the DRAM
     stream_reads: np.ndarray  # [D] requests that read them back

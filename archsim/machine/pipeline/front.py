@@ -9,6 +9,7 @@ from archsim.model.cache.compiled_state import CLEAR, READ
 from archsim.model.compiled import NEVER, inlined_step, step
 from archsim.model.pool import compiled as pool_model
 from archsim.model.unit import compiled as unit_model
+from archsim.model.unit.compiled import NO_ACCESS
 from archsim.model.unit.spec import Slot
 from archsim.trace.records import Op
 
@@ -20,6 +21,7 @@ _DONE = -1  # instead of a slot: the operation is done
 def go_on(spec: Machine, state: State, cycle, number):
     """Go on as far as the front can; returns what it does in `cycle`, and when it goes on by itself, or NEVER."""
     unit = state.stages.units[number]
+    unit["awaits"] = NO_ACCESS
     while unit["cursor"] < unit["end"]:
         if cycle < unit["busy_until"]:
             return Slot.BUSY, unit["busy_until"]
@@ -39,17 +41,20 @@ def go_on(spec: Machine, state: State, cycle, number):
         unit["cursor"] += 1
         unit["is_computed"] = 0
         unit["last_move"] = cycle
-    if state.work[0]["is_over"] == 0 and _wants_work(state, cycle, number):
+    if state.work[0]["is_over"] == 0 and _wants_work(spec, state, cycle, number):
         return NEEDS_WORK, NEVER
     return Slot.NO_WORK, NEVER
 
 
 @step
-def _wants_work(state, cycle, number):
-    """Whether a unit that has no task must know its next one: it is a source, or there is an item for it."""
+def _wants_work(spec, state, cycle, number):
+    """Whether a unit that has no task must know its next one: it is a source, or an item is there or on its way."""
     unit = state.stages.units[number]
     for i in range(unit["num_inputs"]):
-        if channels.has_item(state, cycle, state.stages.wiring[unit["first_inputs"] + i]):
+        channel = state.stages.wiring[unit["first_inputs"] + i]
+        if channels.has_item(state, cycle, channel):
+            return True
+        if channels.coming(spec, state, cycle, channel) != NO_ACCESS:
             return True
     return unit["num_inputs"] == 0
 
@@ -63,7 +68,8 @@ def _operate(spec, state, cycle, number, work):
     if op == Op.TAKE:
         channel = state.stages.wiring[unit["first_inputs"] + work["address"]]
         if not channels.has_item(state, cycle, channel):
-            return Slot.NO_WORK
+            unit["awaits"] = channels.coming(spec, state, cycle, channel)
+            return Slot.NO_WORK if unit["awaits"] == NO_ACCESS else Slot.MEMORY
         channels.take(spec, state, cycle, channel)
         return _opened(unit, cycle)
     if op == Op.ACQUIRE:

@@ -19,9 +19,10 @@ from archsim.model.core.compiled import next_wake
 from archsim.model.delay_stream import compiled as stream_model
 from archsim.model.delay_stream.compiled import READS, WRITES
 from archsim.model.unit import compiled as unit_model
+from archsim.model.unit.compiled import NO_ACCESS
 from archsim.model.unit.spec import Slot
 
-OVER, WORK_WANTED, NEEDS_ROOM = range(3)  # why `play` returns
+OVER, WORK_WANTED, NEEDS_ROOM, PAUSED = range(4)  # why `play` returns
 
 
 @njit(error_model="numpy", _nrt=False, no_cfunc_wrapper=True)
@@ -31,6 +32,9 @@ def play(spec: Machine, state: State):
     cycle, first_unit = run["cycle"], run["next_core"]
     while cycle != NEVER:
         run["cycle"] = cycle
+        if run["pause"] <= cycle:
+            run["next_core"] = 0
+            return PAUSED
         if run["next_answer"] <= cycle:
             deliver_due(spec, state, cycle)
         for number in range(first_unit, len(state.stages.units)):
@@ -105,7 +109,7 @@ def _play_unit(spec, state, cycle, number):
 def _end_accesses(spec, state, cycle, number):
     """The unit notes its accesses that are answered in `cycle`; one of them may end a wait for memory."""
     stages, unit = state.stages, state.stages.units[number]
-    is_waiting = unit["slot"] == Slot.MEMORY
+    is_waiting = unit["slot"] == Slot.MEMORY and unit["awaits"] == NO_ACCESS
     waits_for_all = is_waiting and unit_model.is_held_back_by_all(stages, number)
     ending = accesses.NOBODY
     while True:
@@ -121,8 +125,8 @@ def _end_accesses(spec, state, cycle, number):
     if waits_for_all and unit_model.operation_at(stages, number, unit["oldest"])["unanswered"] > 0:
         ending = accesses.NOBODY
     if is_waiting and ending != accesses.NOBODY:
-        accesses.charge_wait(spec, state, cycle, number, ending)
-        unit_model.account(stages, cycle, number)
+        request = accesses.number_of(spec, number, ending), unit["memory"]
+        accesses.charge_wait(spec, state, cycle, number, request)
 
 
 @inlined_step
@@ -138,15 +142,18 @@ def _look_at_stream(spec, state, cycle, number):
 def _play_stream(spec, state, cycle, number):
     """Phase 1 of `cycle` for the delay stream: notes what is written and read, sends a write, asks for a read."""
     streams, stream = state.streams, state.streams.streams[number]
-    slots = streams.under_way.shape[2]
+    slots, requester = streams.under_way.shape[2], len(state.stages.units) + number
+    consumer = spec.consumers[len(state.pipes.pipes) + number]
     while True:
-        access = accesses.next_answered(spec, state, len(state.stages.units) + number)
+        access = accesses.next_answered(spec, state, requester)
         if access == accesses.NOBODY:
             break
         stream_model.finish(streams, cycle, number, access // slots, access % slots)
+        request = accesses.number_of(spec, requester, access), DRAM_PARENT
+        if state.stages.units[consumer]["awaits"] == request[0]:
+            accesses.charge_wait(spec, state, cycle + 1, consumer, request)
         rouse_stream(state, cycle + 1, number)
-        channel = len(state.pipes.pipes) + number
-        unit_model.rouse(state.stages, cycle + 1, spec.consumers[channel])
+        unit_model.rouse(state.stages, cycle + 1, consumer)
 
     _transfer(
         spec, state, cycle, number, WRITES, stream["sent"], stream_model.write_end(streams, cycle, number)
@@ -169,3 +176,6 @@ def _transfer(spec, state, cycle, number, direction, begin, end):
     kind = WRITE if direction == WRITES else READ
     accesses.ask(spec, state, cycle, len(state.stages.units) + number, access, where, kind)
     rouse_stream(state, cycle + 1, number)
+    consumer = spec.consumers[len(state.pipes.pipes) + number]
+    if state.stages.units[consumer]["slot"] == Slot.NO_WORK:
+        unit_model.rouse(state.stages, cycle + 1, consumer)

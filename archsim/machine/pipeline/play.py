@@ -9,6 +9,7 @@ from archsim.errors import did_you_mean, fail
 from archsim.machine.heard import NOTHING, Heard
 from archsim.machine.pipeline.build import PipelineMachine
 from archsim.machine.pipeline.counters import PipelineCounters
+from archsim.machine.pipeline.series import pipeline_sample
 from archsim.machine.play import MODELS, asked_of
 from archsim.trace.stream import PipelineWork
 
@@ -34,6 +35,8 @@ def play(
     counters: PipelineCounters = module.simulate(
         machine.spec, work, progress, **asked_of(model, heard), flush=flush
     )
+    if heard.sampling is not None:
+        heard.sampling.take(pipeline_sample(counters.memory.drained_cycles + 1, counters))
     return counters
 
 

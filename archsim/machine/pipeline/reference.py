@@ -12,9 +12,11 @@ from archsim.errors import fail
 from archsim.machine.counters import without_cores
 from archsim.machine.pipeline.checking import channel_ends, checked_records
 from archsim.machine.pipeline.counters import PipelineCounters
+from archsim.machine.pipeline.series import pipeline_sample
 from archsim.machine.pipeline.spec import PipelineSpec
 from archsim.machine.pipeline.stuck import deadlock, unbalanced
-from archsim.machine.reference import Tap, constantly, is_drained, make_caches, memory_counters
+from archsim.machine.reference import Tap, constantly, is_drained, make_caches, memory_counters, telling
+from archsim.machine.series import Sampling
 from archsim.machine.watch import SEEN, Levels, Watch, in_order, tell
 from archsim.model.cache.reference import Answer, Kind, Request
 from archsim.model.cache.spec import DRAM_PARENT
@@ -41,11 +43,12 @@ def simulate(
     observe: Callable[[Machine], None] | None = None,
     watch: Watch | None = None,
     flush: bool = False,
+    sampling: Sampling | None = None,
 ) -> PipelineCounters:
     """Play `work` on the machine `spec` and return its counters. The whole work is held in memory.
 
     The DRAM's commands go to `sink`; `observe` is shown the machine before anything happens. With `flush` all dirty
-    lines are written back at the end.
+    lines are written back at the end. `sampling` is told counts at intervals.
     Raises ArchsimError for work that the machine cannot do, DeadlockError when it gets stuck.
     """
     channel_ends(spec)
@@ -53,6 +56,8 @@ def simulate(
     commands: list[tuple[int, ...]] = []
     if sink is not None:
         machine.dram.record(commands)
+    if sampling is not None:
+        machine.env.process(telling(machine, sampling, spec.period_ticks, pipeline_sample))
     if observe is not None:
         observe(machine)
     seen = machine.tap(watch.places) if watch is not None else []
@@ -179,6 +184,7 @@ class Machine:
     def counters(self) -> PipelineCounters:
         cycles = max((unit.last_move for unit in self.units), default=0) // self.spec.period_ticks
         units, fifos, streams, pools = self.units, self.fifos, self.streams, self.pools
+        stays = [channel.stays for channel in fifos] + [channel.stays for channel in streams]
         return PipelineCounters(
             cycles=cycles,
             unit_slots=np.array([_slots(unit, cycles) for unit in units], np.int64).reshape(-1, len(Slot)),
@@ -195,6 +201,7 @@ class Machine:
             channel_put=_array([*(f.put_in.count for f in fifos), *(s.num_put for s in streams)]),
             channel_taken=_array([*(f.taken.count for f in fifos), *(s.num_taken for s in streams)]),
             channel_peak=_array([*(f.peak_items for f in fifos), *(s.peak_bytes for s in streams)]),
+            channel_stayed=_array(stay.ticks(int(self.env.now)) // self.spec.period_ticks for stay in stays),
             stream_bytes=_array(stream.pushed.count for stream in streams),
             stream_writes=_array(stream.num_writes for stream in streams),
             stream_reads=_array(stream.num_reads for stream in streams),

@@ -30,3 +30,9 @@ class PipelineSpec(NamedTuple):
     @property
     def num_channels(self) -> int:
         return len(self.fifos) + len(self.delay_streams)
+
+    def capacity(self, channel: int) -> int:
+        """Items that fit into a fifo, bytes that fit into a delay stream."""
+        if channel < len(self.fifos):
+            return self.fifos[channel].num_entries
+        return self.delay_streams[channel - len(self.fifos)].ring_bytes

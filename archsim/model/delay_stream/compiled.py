@@ -14,6 +14,7 @@ from archsim.model.compiled import add_now, inlined_step, new_counts, record, se
 from archsim.model.delay_stream.spec import DelayStreamSpec, Overflow
 
 WRITES, READS = 0, 1  # directions of a transfer
+NO_TRANSFER = -1
 
 _STREAM_FIELDS = (
     *DelayStreamSpec._fields,
@@ -24,6 +25,7 @@ _STREAM_FIELDS = (
     "written",  # bytes that are there
     "asked",  # bytes asked of the memory
     "peak",  # most bytes held
+    "stayed",  # cycles in which bytes were taken less those in which they were put in
     "marks",
     "early",  # items released by overflow
 )
@@ -81,13 +83,31 @@ def has_item(state, cycle, number):
     return _end_of(state, number, stream["num_taken"]) <= seen(state.read, number, cycle)
 
 
+@step
+def coming(state, cycle, number):
+    """The transfer under way before `cycle` that brings the first byte that is not here, as direction and slot in one.
+
+    NO_TRANSFER if that byte may not pass, or is not on its way.
+    """
+    stream, transfers = state.streams[number], state.transfers[number]
+    here, slots = seen(state.read, number, cycle), state.under_way.shape[2]
+    if seen(state.released, number, cycle) <= here:
+        return NO_TRANSFER
+    if transfers[READS]["oldest"] < transfers[READS]["next"]:
+        return READS * slots + (transfers[READS]["oldest"] & (slots - 1))
+    if transfers[WRITES]["oldest"] < transfers[WRITES]["next"] and stream["written"] <= here:
+        return WRITES * slots + (transfers[WRITES]["oldest"] & (slots - 1))
+    return NO_TRANSFER
+
+
 @inlined_step
 def take(state, cycle, number):
     """The oldest item leaves in `cycle`."""
     stream = state.streams[number]
-    end = _end_of(state, number, stream["num_taken"])
-    add_now(state.taken, number, cycle, end - state.taken[number]["count"])
+    num_bytes = _end_of(state, number, stream["num_taken"]) - state.taken[number]["count"]
+    add_now(state.taken, number, cycle, num_bytes)
     stream["num_taken"] += 1
+    stream["stayed"] += cycle * num_bytes
 
 
 @step
@@ -105,6 +125,7 @@ def put(state, cycle, number, num_bytes):
     state.ends[number, stream["num_put"] & (state.ends.shape[1] - 1)] = end
     stream["num_put"] += 1
     stream["peak"] = max(stream["peak"], held)
+    stream["stayed"] -= cycle * num_bytes
     return True
 
 

@@ -9,18 +9,24 @@ import simpy
 
 from archsim.model.cache.reference import Answer, Kind
 from archsim.model.delay_stream.spec import DelayStreamSpec, Overflow
-from archsim.model.reference import Phase, Registered, at
+from archsim.model.reference import Phase, Registered, Stays, at
 from archsim.model.waiting import Wait
 
 Send = Callable[[int, Kind, int, int, Answer, Wait], None]  # (tick, kind, address, bytes, answer, wait)
 
 
 class Transfer:
-    """A write or a read under way; it ends before byte `end`."""
+    """A write or a read under way, of the bytes from `begin` to before `end`."""
 
-    def __init__(self, end: int):
-        self.end = end
+    def __init__(self, begin: int, end: int):
+        self.begin, self.end = begin, end
+        self.wait = Wait()
         self.is_done = False
+        self.came: int | None = None  # tick in which it and all before it were done
+
+    def is_over(self, now: int) -> bool:
+        """Whether that was before this tick."""
+        return self.came is not None and self.came < now
 
 
 class DelayStream:
@@ -34,9 +40,14 @@ class DelayStream:
         self.spec, self.env, self.index, self.period_ticks, self.send = spec, env, index, period_ticks, send
         self.ends: deque[int] = deque()  # of the items that were not taken
         self.pushed, self.released, self.read, self.taken = (Registered() for _ in range(4))
+        self.stays = Stays()  # of bytes
         self.sent = self.written = self.asked = 0
         self.writes: deque[Transfer] = deque()
         self.reads: deque[Transfer] = deque()
+        self.reading: deque[Transfer] = (
+            deque()
+        )  # the same, as seen from outside: what came now is still to come
+        self.writing: deque[Transfer] = deque()
         self.last_move = 0  # tick of the last request, answer or early release
 
         self.num_put = self.num_taken = self.peak_bytes = 0
@@ -50,6 +61,7 @@ class DelayStream:
             return False
         self.pushed.add(now, num_bytes)
         self.ends.append(self.pushed.count)
+        self.stays.come(now, num_bytes)
         self.num_put += 1
         self.peak_bytes = max(self.peak_bytes, self.pushed.count - self.taken.seen(now))
         return True
@@ -72,8 +84,20 @@ class DelayStream:
     def has_item(self, now: int) -> bool:
         return bool(self.ends) and self.ends[0] <= self.read.seen(now)
 
+    def coming(self, now: int) -> Transfer | None:
+        """The transfer under way that brings the first byte that is not here; None if it may not pass, or none is."""
+        for transfers in (self.reading, self.writing):
+            while transfers and transfers[0].is_over(now):
+                transfers.popleft()
+        here = self.read.seen(now)
+        if self.released.seen(now) <= here:
+            return None
+        first = next((transfers[0] for transfers in (self.reading, self.writing) if transfers), None)
+        return first if first is not None and first.begin <= here else None
+
     def take(self, now: int) -> None:
         self.taken.add(now, self.ends.popleft() - self.taken.count)
+        self.stays.leave(now)
         self.num_taken += 1
 
     def is_stuck(self, now: int) -> bool:
@@ -94,9 +118,10 @@ class DelayStream:
         line_end = self._line_end(self.sent)
         end = line_end if self.pushed.seen(now) >= line_end else self.released.seen(now)
         if end > self.sent and len(self.writes) < self.spec.outstanding:
-            write = Transfer(end)
+            write = Transfer(self.sent, end)
             self.writes.append(write)
-            self._transfer(now, Kind.WRITE, self.sent, write, self._write_done)
+            self.writing.append(write)
+            self._transfer(now, Kind.WRITE, write, self._write_done)
             self.sent = end
             self.num_writes += 1
 
@@ -105,31 +130,32 @@ class DelayStream:
         end = min(self._line_end(self.asked), self.released.seen(now), self.written)
         is_wanted = self.asked - self.taken.seen(now) < self.spec.prefetch_bytes
         if end > self.asked and is_wanted and len(self.reads) < self.spec.outstanding:
-            read = Transfer(end)
+            read = Transfer(self.asked, end)
             self.reads.append(read)
-            self._transfer(now, Kind.READ, self.asked, read, self._read_done)
+            self.reading.append(read)
+            self._transfer(now, Kind.READ, read, self._read_done)
             self.asked = end
             self.num_reads += 1
 
     def _line_end(self, offset: int) -> int:
         return (offset // self.spec.line_bytes + 1) * self.spec.line_bytes
 
-    def _transfer(
-        self, now: int, kind: Kind, offset: int, transfer: Transfer, done: Callable[[int], None]
-    ) -> None:
+    def _transfer(self, now: int, kind: Kind, transfer: Transfer, done: Callable[[int], None]) -> None:
         def answer(tick: int) -> None:
             transfer.is_done = True
             self.last_move = tick
             done(tick)
 
         self.last_move = now
-        address = self.spec.base + offset % self.spec.ring_bytes
-        self.send(now, kind, address, transfer.end - offset, answer, Wait())
+        address = self.spec.base + transfer.begin % self.spec.ring_bytes
+        self.send(now, kind, address, transfer.end - transfer.begin, answer, transfer.wait)
 
     def _write_done(self, now: int) -> None:
         while self.writes and self.writes[0].is_done:
+            self.writes[0].came = now
             self.written = self.writes.popleft().end
 
     def _read_done(self, now: int) -> None:
         while self.reads and self.reads[0].is_done:
+            self.reads[0].came = now
             self.read.add(now, self.reads.popleft().end - self.read.count)

@@ -34,7 +34,12 @@ def has_room(spec, state):
     return num_queued(state) < spec.num_entries
 
 
-PIPE = record("num_entries", "peak")  # room, most items held
+_PIPE_FIELDS = (
+    "num_entries",
+    "peak",  # most items held
+    "stayed",  # cycles in which items were taken less those in which they were put in
+)
+PIPE = record(*_PIPE_FIELDS)
 
 
 class PipesState(NamedTuple):
@@ -62,6 +67,7 @@ def has_item(state, cycle, number):
 def take(state, cycle, number):
     """The oldest item leaves in `cycle`."""
     add_now(state.taken, number, cycle, 1)
+    state.pipes[number]["stayed"] += cycle
 
 
 @step
@@ -72,5 +78,6 @@ def put(state, cycle, number):
     if held >= pipe["num_entries"]:
         return False
     add_now(state.put_in, number, cycle, 1)
+    pipe["stayed"] -= cycle
     pipe["peak"] = max(pipe["peak"], held + 1)
     return True

@@ -6,7 +6,7 @@ from collections import deque
 from typing import Any
 
 from archsim.model.fifo.spec import FifoSpec
-from archsim.model.reference import Registered
+from archsim.model.reference import Registered, Stays
 
 
 class Fifo:
@@ -36,6 +36,7 @@ class Pipe:
     def __init__(self, spec: FifoSpec):
         self.spec = spec
         self.put_in, self.taken = Registered(), Registered()
+        self.stays = Stays()  # of items
         self.peak_items = 0
 
     def put(self, now: int, num_bytes: int) -> bool:
@@ -44,11 +45,16 @@ class Pipe:
         if held >= self.spec.num_entries:
             return False
         self.put_in.add(now, 1)
+        self.stays.come(now, 1)
         self.peak_items = max(self.peak_items, held + 1)
         return True
 
     def has_item(self, now: int) -> bool:
         return self.put_in.seen(now) > self.taken.count
 
+    def coming(self, now: int) -> None:
+        """Nothing is on its way in the memory."""
+
     def take(self, now: int) -> None:
         self.taken.add(now, 1)
+        self.stays.leave(now)

@@ -30,6 +30,7 @@ def start_interval(spec, state, cycle):
 
 
 NO_OPERATION = -1
+NO_ACCESS = -1
 _WIRED = ("inputs", "outputs", "pools")
 _PLAIN = tuple(name for name in StageSpec._fields if name not in _WIRED)
 _UNIT_FIELDS = (
@@ -49,6 +50,7 @@ _UNIT_FIELDS = (
     "due",  # next cycle in which the unit has something to do by itself, or NEVER
     "roused",  # last cycle in which something that it waits for may have happened
     "slot",  # what the front does
+    "awaits",  # access of a delay stream that it waits for, among all accesses, or NO_ACCESS
     "since",  # cycle since when; those before are accounted for
     "last_move",  # last cycle in which something was done
     "tasks",
@@ -91,6 +93,7 @@ def new_stages(specs: Sequence[StageSpec], num_reasons: int) -> StagesState:
             wiring += getattr(spec, name)
     units["is_opening"] = 1
     units["slot"] = Slot.NO_WORK
+    units["awaits"] = NO_ACCESS
     capacity = 1 << max((spec.in_flight for spec in specs), default=0).bit_length()
     most = max((spec.outstanding for spec in specs), default=1)
     return StagesState(

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, Protocol
 import simpy
 
 from archsim.model.cache.reference import Answer, Kind
-from archsim.model.delay_stream.reference import DelayStream
+from archsim.model.delay_stream.reference import DelayStream, Transfer
 from archsim.model.fifo.reference import Fifo
 from archsim.model.pool.reference import Pool
 from archsim.model.reference import Phase, at
@@ -81,6 +81,8 @@ class Channel(Protocol):
 
     def has_item(self, now: int) -> bool: ...
 
+    def coming(self, now: int) -> Transfer | None: ...
+
     def take(self, now: int) -> None: ...
 
 
@@ -144,7 +146,8 @@ class Stage:
         self.under_way = 0  # accesses
         self.num_asked = 0
         self.answered: list[Access] = []  # in this cycle
-        self.held_by: Operation | None = None  # that all of which has to come; None: any access has to
+        # All of this operation has to come, or this transfer of a delay stream; None: any access.
+        self.held_by: Operation | Transfer | None = None
         self.unexplained: list[
             int
         ] = []  # ticks at which memory held the front back, for what is not known yet
@@ -176,7 +179,7 @@ class Stage:
         tick = 0
         while True:
             yield at(self.env, tick, Phase.ISSUE, self.index)
-            self._explain()
+            self._explain(tick)
             while self.in_flight and self._complete(tick, self.in_flight[0]):
                 self.in_flight.popleft()
                 self.last_move = tick
@@ -186,17 +189,22 @@ class Stage:
                 self.unexplained.append(tick)
             tick += self.period_ticks
 
-    def _explain(self) -> None:
+    def _explain(self, now: int) -> None:
         """Charge the cycles in which memory held the front back, if the access has come that ends them."""
-        ending = self._ending()
+        ending = self._ending(now)
         if ending is not None:
             for tick in self.unexplained:
                 self.waited[ending.wait.cause_at(tick)] += 1
             self.unexplained = []
         self.answered = []
 
-    def _ending(self) -> Access | None:
-        """The first access that came, if any is enough; the last one of the operation that held the front back."""
+    def _ending(self, now: int) -> Access | Transfer | None:
+        """The first access that came, if any is enough; the last one of the operation that held the front back.
+
+        Or the transfer that the front waited for, in the cycle after it came.
+        """
+        if isinstance(self.held_by, Transfer):
+            return self.held_by if self.held_by.is_over(now) else None
         if self.held_by is None:
             return min(self.answered, key=lambda access: access.number, default=None)
         if self.held_by.unanswered > 0:
@@ -252,7 +260,8 @@ class Stage:
 
     def _take(self, now: int, channel: Channel) -> Slot | None:
         if not channel.has_item(now):
-            return Slot.NO_WORK
+            self.held_by = channel.coming(now)
+            return Slot.NO_WORK if self.held_by is None else Slot.MEMORY
         channel.take(now)
         self._opened(now)
         return None

@@ -32,7 +32,7 @@ class Slot(IntEnum):
 
     BUSY = 0  # computes, or is within the interval of its task
     NO_WORK = 1  # waits for an item, or has done all its tasks
-    MEMORY = 2  # waits for an access to be free, or is held back by a LOAD or STORE
+    MEMORY = 2  # waits for a free access or a delay stream's transfer, or is held back by a LOAD or STORE
     OUTPUT = 3  # is held back by an EMIT to a full fifo
     DELAY_STREAM = 4  # is held back by an EMIT to a full delay stream
     LATENCY = 5  # is held back by an operation that is on its way through the unit

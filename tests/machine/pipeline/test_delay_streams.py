@@ -26,6 +26,7 @@ def test_an_item_is_written_and_read_before_it_can_be_taken(simulate):
     read = written + 37
     assert counters.cycles == read + 11 + 1 + 1 + 1
     assert (counters.stream_bytes[0], counters.stream_writes[0], counters.stream_reads[0]) == (5, 1, 1)
+    assert counters.channel_stayed.tolist() == [5 * (read + 13 - 1)]
 
 
 def test_nothing_passes_before_the_mark(simulate):

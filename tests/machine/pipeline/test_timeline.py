@@ -1,13 +1,15 @@
 """A pipeline's timeline agrees with its counters, and recording it changes nothing."""
 
+import pytest
 from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from archsim.machine.pipeline import reference
-from archsim.machine.pipeline.timeline import DOES, PipelineRecorder
+from archsim.machine.pipeline.timeline import DOES, PipelineRecorder, TaskRecorder
 from archsim.machine.timeline import Window
 from archsim.model.unit.spec import Slot
 from archsim.report.waterfall import waterfall
-from tests.machine.pipeline.build import difference
+from tests.machine.pipeline.build import UNIT, chain, difference, emit, take, work
 from tests.machine.pipeline.strategies import cases
 from tests.machine.pipeline.test_differential import played
 
@@ -52,3 +54,49 @@ def test_a_window_shows_what_the_whole_shows_there(case):
         shown.append(waterfall(recorder.timeline(), window, tuple("abcdefgh")))
 
     assert shown[0] == shown[1]
+
+
+ITEMS = 10
+CHAIN = chain(UNIT._replace(interval_cycles=3, latency_cycles=2), UNIT._replace(interval_cycles=5))
+
+
+@pytest.mark.parametrize(
+    ("units", "window"),
+    [
+        ((0,), Window(2 * 3, 4 * 3 + 1)),  # its tasks begin every 3 cycles
+        ((1,), Window(3 + 2 * 5, 3 + 4 * 5 + 1)),  # the first item is taken in 3, then one every 5 cycles
+        ((0, 1), Window(2 * 3, 3 + 4 * 5 + 1)),
+    ],
+)
+def test_tasks_are_shown_from_the_first_ones_beginning_to_the_last_ones_end(units, window):
+    recorder = TaskRecorder(CHAIN, Window(2, 4), units)
+    reference.simulate(CHAIN, work([[emit()]] * ITEMS, [[take()]] * ITEMS), observe=recorder.attach)
+    found = recorder.timeline()
+
+    assert recorder.window() == window
+    for unit in units:
+        assert {"task 2", "task 3"} <= {span.name for span in found.tasks[unit, 0]}
+    shown = waterfall(found, window, ("a", "b")).splitlines()[1:3]
+    assert all(" " not in line.partition("|")[2] for line in shown)
+
+
+def test_there_may_be_no_such_tasks():
+    recorder = TaskRecorder(CHAIN, Window(ITEMS, ITEMS + 1), (0, 1))
+    reference.simulate(CHAIN, work([[emit()]] * ITEMS, [[take()]] * ITEMS), observe=recorder.attach)
+
+    assert recorder.window() is None
+
+
+@quick
+@given(cases(), st.integers(0, 3), st.integers(1, 3), st.sampled_from([(0,), (1,), (0, 1)]))
+def test_what_is_shown_of_tasks_is_what_their_cycles_show(case, first, number, units):
+    recorder = TaskRecorder(case.spec, Window(first, first + number), units)
+    counters = played(reference.simulate, case)
+    played(lambda spec, work: reference.simulate(spec, work, observe=recorder.attach), case)
+    window = recorder.window()
+
+    assert (window is None) == (counters.unit_tasks[list(units)].max() <= first)
+    if window is not None:
+        whole = PipelineRecorder(case.spec, window)
+        played(lambda spec, work: reference.simulate(spec, work, observe=whole.attach), case)
+        assert recorder.timeline() == whole.timeline()

@@ -53,6 +53,7 @@ def test_an_item_passes_after_the_latency(simulate):
 
     assert counters.cycles == 5 + 1 + 3 + 1 + 1
     assert counters.channel_put.tolist() == counters.channel_taken.tolist() == [1, 1]
+    assert counters.channel_stayed.tolist() == [1, 1]
 
 
 def test_a_pipeline_without_hindrance_takes_an_item_every_interval(simulate):

@@ -8,7 +8,20 @@ import numpy as np
 
 from archsim.model.unit.spec import Slot
 from tests.machine.build import CACHE, address, cause_names
-from tests.machine.pipeline.build import UNIT, both_models, load, machine, on_dram, store, work
+from tests.machine.pipeline.build import (
+    STREAM,
+    UNIT,
+    both_models,
+    delayed,
+    emit,
+    load,
+    machine,
+    mark,
+    on_dram,
+    store,
+    take,
+    work,
+)
 
 pytestmark = both_models
 
@@ -66,3 +79,50 @@ def test_a_cache_is_waited_for_as_by_a_core(simulate):
     counters = simulate(spec, work([[load(A), load(A), load(A)]]))
 
     assert waits(counters) == {"0.lookup": 4 + 3, "dram.activation": 13, "dram.bus": 11}
+
+
+def waits_of_consumer(counters):
+    """Cycles in which the second unit waited for its delay stream's transfers, by cause, and those without work."""
+    assert np.array_equal(counters.unit_waits.sum(axis=1), counters.unit_slots[:, Slot.MEMORY])
+    names = cause_names(len(counters.memory.cache_hits))
+    found = {name: n for name, n in zip(names, counters.unit_waits[1].tolist(), strict=True) if n}
+    return found, counters.unit_slots[1, Slot.NO_WORK]
+
+
+def test_an_item_on_its_way_through_a_delay_stream_is_waited_for(simulate):
+    """Put in and marked in 1, sent in 2; its WR is in 9, its data there in 15; its RD, n_wtr later, in 52."""
+    counters = simulate(delayed(UNIT, UNIT), work([[emit(0, 5), mark()]], [[take()]]))
+
+    causes = {"dram.activation": 9 - 2, "dram.turnaround": 52 - 15, "dram.bus": 15 - 9 + 12}
+    assert waits_of_consumer(counters) == (causes, 3)
+
+
+def test_before_its_marker_there_is_no_work(simulate):
+    """The item is there long before; the MARK is seen in 202, in which the RD is sent, too."""
+    counters = simulate(delayed(UNIT, UNIT), work([[emit(0, 8), 200, mark()]], [[take()]]))
+
+    assert waits_of_consumer(counters) == ({"dram.bus": 12}, 203)
+
+
+def test_the_next_line_is_waited_for_when_the_first_one_came(simulate):
+    """An item of two lines: one RD n_ccd = 2 after the other, or when the first data are here."""
+    steps = [[emit(0, 16), 200, mark()]], [[take()]]
+    both = simulate(delayed(UNIT, UNIT), work(*steps))
+    one = simulate(delayed(UNIT, UNIT, STREAM._replace(outstanding=1)), work(*steps))
+
+    assert waits_of_consumer(both) == ({"dram.bus": 12 + 2}, 203)
+    assert waits_of_consumer(one) == ({"dram.bus": 12 + 12}, 203)
+
+
+def test_an_answer_to_a_store_of_its_own_ends_no_such_wait(simulate):
+    """Its second item is marked in 202 and read from 203 on, after the store of 200, which is answered in 206.
+
+    The first item is taken in 67, after the second one's WR in 11, whose data are there in 17.
+    """
+    steps = [[emit(0, 8), mark()], [emit(0, 8), 200, mark()]], [[take(), 199 - 67, store(C)], [take()]]
+    counters = simulate(delayed(UNIT, on_dram()), work(*steps))
+
+    first = {"dram.queue": 17 - 15, "dram.activation": 7, "dram.turnaround": 37, "dram.bus": 6 + 12}
+    second = {"dram.queue": 206 - 203, "dram.turnaround": 37, "dram.bus": 12}
+    causes = {name: first[name] + second.get(name, 0) for name in first}
+    assert waits_of_consumer(counters) == (causes, 3 + 5)
