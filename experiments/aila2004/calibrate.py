@@ -2,14 +2,18 @@
 
 Only the triangle count and the brute-force column of `printed.yaml` are aimed at; what depth bounds and the
 hierarchical algorithm make of a walkthrough is never looked at. A walkthrough is an arc of the eye around what it looks
-at and, where the paper's light moves, an arc of the light (ARCS). What moves in the open goes nearly all the way round,
-the light the other way, so that light and view meet at every angle; the power plant's view stays between its pipes.
+at and, where the paper's light moves, an arc of the light (ARCS). The knights' goes nearly all the way round, the light
+the other way, so that light and view meet at every angle; the power plant's view stays between its pipes. Eyes are
+where people's would be: among the knights as high as theirs, in the amphitheater within the outermost step, as high
+above the step or floor below as of someone who sits or stands. The amphitheater's light is where a lamp would be: above
+the stage, over the heads.
 
 What SPACE names is drawn at random, at first anywhere, then in ever smaller surroundings of the best so far; when
 nothing better is found any more, or it is good enough, the search begins anew. What counts is the average over some of
-the frames, drawn at less than full resolution, and of the power plant a quarter of the objects, and scaled by what the
-row's present walkthrough moves as it is. Walkthroughs with less than LEAST_SHADOW of what shows in shadow, or more
-than MOST_SHADOW, do not count: the light must not be inside a caster. Prints each better one as overrides.
+the frames, drawn at less than full resolution but for the amphitheater, and of the power plant a quarter of the
+casters, and scaled by what the row's present walkthrough moves as it is. Walkthroughs with less than LEAST_SHADOW of
+what shows in shadow, or more than MOST_SHADOW, do not count: the light must not be inside a caster. Prints each better
+one as overrides.
 """
 
 from __future__ import annotations
@@ -31,6 +35,7 @@ from archsim.run.walkthrough import resources_of, scene_at
 from archsim.scene.generators import make_mesh
 from archsim.scene.mesh import Mesh
 from archsim.scene.scene import Scene, load_scene
+from archsim.shadow_volumes.casters import Grouping, find_casters
 from archsim.shadow_volumes.comparison import BRUTE_FORCE, draw, prepare
 from archsim.shadow_volumes.volumes import num_drawn
 
@@ -43,6 +48,14 @@ HOPELESS = 6  # times the least misfit: a walkthrough whose first frames are wor
 FRAMES_OF_SCALE = 2
 
 
+class Steps(NamedTuple):
+    """Those of amphitheater.yaml: a half circle, y > 0, around its stage."""
+
+    rows: int = 8
+    depth: float = 1.2
+    height: float = 0.7
+
+
 class Arcs(NamedTuple):
     """What is the same in all walkthroughs of a row."""
 
@@ -52,6 +65,7 @@ class Arcs(NamedTuple):
     light_middle: tuple[float, float] = (0.0, 0.0)
     parameters: tuple[tuple[str, float], ...] = ()  # of the mesh's generator: how much they grow on the way
     keyframes: int = 12
+    steps: Steps | None = None  # what the eye is above
 
 
 class Draft(NamedTuple):
@@ -59,7 +73,7 @@ class Draft(NamedTuple):
 
     frames: int = 5
     resolution: str = "[320,256]"
-    every: int = 1  # object that casts a shadow
+    every: int = 1  # caster that casts a shadow
 
     @property
     def overrides(self) -> list[str]:
@@ -70,9 +84,9 @@ ARCS = {
     "simple": Arcs(None, 360.0, light_middle=(50.0, -80.0)),
     "knights": Arcs(330.0, -150.0, parameters=(("pose", 22.0),)),
     "powerplant": Arcs(32.0, 40.0, eye_middle=(6.82, 14.63), keyframes=9),
-    "amphitheater": Arcs(330.0, 0.0, parameters=(("pose", 22.0),)),
+    "amphitheater": Arcs(None, 0.0, parameters=(("pose", 22.0),), steps=Steps()),
 }
-DRAFTS = {"powerplant": Draft(every=4)}
+DRAFTS = {"powerplant": Draft(every=4), "amphitheater": Draft(frames=4, resolution="[1280,1024]")}
 SPACE = {  # lowest and highest value of what is searched; angles in degrees, the light's distance along the ground
     "simple": {
         "eye_distance": (150.0, 450.0),
@@ -83,10 +97,10 @@ SPACE = {  # lowest and highest value of what is searched; angles in degrees, th
     },
     "knights": {
         "eye_distance": (2.0, 16.0),
-        "eye_height": (0.3, 4.0),
+        "eye_height": (1.5, 2.0),
         "target_height": (-1.5, 2.5),
         "fovy": (35.0, 65.0),
-        "light_distance": (0.0, 15.0),
+        "light_distance": (4.0, 15.0),
         "light_height": (20.0, 80.0),
         "range": (60.0, 200.0),
         "mesh.radius": (4.0, 12.0),
@@ -104,13 +118,15 @@ SPACE = {  # lowest and highest value of what is searched; angles in degrees, th
         "range": (120.0, 300.0),
     },
     "amphitheater": {
-        "eye_distance": (2.0, 40.0),
-        "eye_height": (0.5, 15.0),
-        "target_height": (-3.0, 8.0),
+        "eye_share": (0.1, 0.95),  # of the way from the middle of the stage to the outermost step
+        "eye_azimuth": (-180.0, 180.0),
+        "eye_sweep": (60.0, 160.0),
+        "eye_height": (1.2, 1.9),  # above what is below
+        "target_height": (0.0, 6.0),
         "fovy": (35.0, 75.0),
-        "light_distance": (0.0, 15.0),
+        "light_share": (0.0, 1.0),  # of the stage's radius
         "light_azimuth": (-180.0, 180.0),
-        "light_height": (0.5, 15.0),
+        "light_height": (2.5, 8.0),
         "mesh.stage_radius": (6.0, 20.0),
         "mesh.column_height": (3.0, 12.0),
     },
@@ -210,12 +226,14 @@ def overrides_of(values: Mapping[str, float], arcs: Arcs) -> list[str]:
 def keyframes(values: Mapping[str, float], arcs: Arcs) -> list[str]:
     """One keyframe after the other, in YAML."""
     sweep = values["eye_sweep"] if arcs.eye_sweep is None else arcs.eye_sweep
+    distance, light_distance = _distances(values, arcs.steps)
     lines = []
     for time_ in np.linspace(0.0, 1.0, arcs.keyframes):
         turn = values.get("eye_azimuth", -90.0) + (time_ - 0.5) * sweep
-        eye = _polar(values["eye_distance"], turn, values["eye_height"], arcs.eye_middle)
+        below = step_below(distance - values["mesh.stage_radius"], turn, arcs.steps) if arcs.steps else 0.0
+        eye = _polar(distance, turn, below + values["eye_height"], arcs.eye_middle)
         light = _polar(
-            values["light_distance"],
+            light_distance,
             values.get("light_azimuth", 0.0) + time_ * arcs.light_sweep,
             values.get("light_height", 50.0),
             arcs.light_middle,
@@ -224,6 +242,21 @@ def keyframes(values: Mapping[str, float], arcs: Arcs) -> list[str]:
         grown = ", ".join(f"{name}: {time_ * by:.2f}" for name, by in arcs.parameters)
         lines.append(f"{{{', '.join(parts)}{f', parameters: {{{grown}}}' if grown else ''}}}")
     return lines
+
+
+def _distances(values: Mapping[str, float], steps: Steps | None) -> tuple[float, float]:
+    """How far eye and light are from the middles of their arcs."""
+    if steps is None:
+        return values["eye_distance"], values["light_distance"]
+    stage = values["mesh.stage_radius"]
+    return values["eye_share"] * (stage + steps.rows * steps.depth), values["light_share"] * stage
+
+
+def step_below(beyond: float, azimuth: float, steps: Steps) -> float:
+    """How high the ground is, so far beyond the stage."""
+    if beyond < 0 or np.sin(np.radians(azimuth)) < 0:
+        return 0.0
+    return (1 + int(beyond / steps.depth)) * steps.height
 
 
 def _polar(distance: float, azimuth: float, height: float, middle: tuple[float, float]) -> list[float]:
@@ -239,12 +272,16 @@ def brute_force(config: WalkthroughConfig, every: int = 1) -> tuple[Quantities, 
 
 
 def frames(config: WalkthroughConfig, every: int) -> Iterator[tuple[float, ...]]:
-    """Quantities and shadow of each frame in which only every so many objects cast a shadow."""
+    """Quantities and shadow of each frame in which only every so many casters cast a shadow."""
     method = method_of(config.shadow_volumes, resources_of(config.shadow_volumes))
     for number in range(config.frames):
         section = scene_at(config, number / (config.frames - 1) if config.frames > 1 else 0.5)
         mesh, casting = _meshes(
-            section.mesh.generator, section.mesh.seed, tuple(section.mesh.parameters.items()), every
+            section.mesh.generator,
+            section.mesh.seed,
+            tuple(section.mesh.parameters.items()),
+            method.extrusion.grouping,
+            every,
         )
         scene = _scene(section)._replace(mesh=casting)
         seen = eye_view(mesh, scene.camera, scene.width, scene.height)
@@ -267,14 +304,18 @@ def _scene(section: Any) -> Scene:
 
 @lru_cache(maxsize=2)
 def _meshes(
-    generator: str, seed: int, parameters: tuple[tuple[str, float], ...], every: int
+    generator: str, seed: int, parameters: tuple[tuple[str, float], ...], grouping: Grouping, every: int
 ) -> tuple[Mesh, Mesh]:
-    """The mesh of a generator, which is the same in many frames, and every so many of its objects."""
+    """The mesh of a generator, which is the same in many frames, and every so many of its casters."""
     mesh = make_mesh(generator, seed, dict(parameters))
-    assert mesh.objects is not None
-    casting = (mesh.objects >= 0) & (mesh.objects % every == 0)
-    used, corners = np.unique(mesh.triangles[casting], return_inverse=True)
-    few = Mesh(mesh.vertices[used], corners.reshape(-1, 3).astype(np.int32), mesh.objects[casting])
+    casters = find_casters(mesh, grouping)
+    casting = casters.caster % every == 0
+    used, corners = np.unique(casters.triangles[casting], return_inverse=True)
+    few = Mesh(
+        casters.positions[used].astype(np.float32),
+        corners.reshape(-1, 3).astype(np.int32),
+        casters.caster[casting].astype(np.int32),
+    )
     return mesh, few
 
 
