@@ -65,3 +65,11 @@ def test_every_other_caster_is_drawn(calibrate):
     assert (sizes[0::2] > 0).all()
     assert not sizes[1::2].any()
     assert len(few.triangles) < (whole.objects >= 0).sum()
+
+
+def test_two_readings_of_the_power_plant_differ_in_what_is_an_object_alone():
+    parts, files = (load_walkthrough(FOLDER / f"{name}.yaml") for name in ("powerplant", "powerplant_files"))
+    assert (parts.shadow_volumes.casters, files.shadow_volumes.casters) == ("parts", "objects")
+    assert files.scene.mesh.parameters == {**parts.scene.mesh.parameters, "places": 7, "kinds": 4}
+    assert (files.frames, files.keyframes) == (parts.frames, parts.keyframes)
+    assert files.shadow_volumes.range == parts.shadow_volumes.range
