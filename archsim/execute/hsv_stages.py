@@ -85,7 +85,8 @@ def classify_work(stages: Stages, batch: tuple[int, int]) -> Work:
             for _, done in _executed(STAGE_1, volume, stages):
                 yield done.tasks
 
-    return chunked(_num_tasks(stages, batch), chunks())
+    starts = stages.seen.volumes.starts
+    return chunked(int(stages.counts[starts[batch[0]] : starts[batch[1]]].sum()), chunks())
 
 
 def update_work(stages: Stages, batch: tuple[int, int], drawn: list[Drawn]) -> Work:
@@ -108,26 +109,25 @@ def update_work(stages: Stages, batch: tuple[int, int], drawn: list[Drawn]) -> W
                 drawn[volume] = _draw(stages, volume, triangles, tiles)
                 yield last
 
-    return chunked(_num_tasks(stages, batch), chunks())
-
-
-def _num_tasks(stages: Stages, batch: tuple[int, int]) -> int:
-    starts = stages.seen.volumes.starts
-    return int(stages.counts[starts[batch[0]] : starts[batch[1]]].sum())
+    drawn_from, starts = stages.seen.volumes.drawn, stages.seen.volumes.starts
+    parts = [stages.counts[drawn_from[volume] : starts[volume + 1]].sum() for volume in range(*batch)]
+    return chunked(int(sum(parts)), chunks())
 
 
 def _executed(kernel: str, volume: int, stages: Stages) -> Iterator[tuple[Blocks, Executed]]:
     """A kernel run on a volume, some triangles at a time."""
     program, memory = load_kernel(kernel), stages.memory
-    for first, end, number in _spans(stages, volume):
+    firsts = stages.seen.volumes.starts if kernel == STAGE_1 else stages.seen.volumes.drawn
+    for first, end, number in _spans(
+        stages, int(firsts[volume]), int(stages.seen.volumes.starts[volume + 1])
+    ):
         blocks = blocks_of(volume, (first, end), number, stages.seen, stages.space)
         given = attributes(blocks, volume, stages)
         yield blocks, execute(program, given, constants(), memory.windows, memory.words)
 
 
-def _spans(stages: Stages, volume: int) -> Iterator[tuple[int, int, int]]:
-    """(first triangle, end, blocks) of a volume's parts, each of about CHUNK_TASKS blocks."""
-    start, end = stages.seen.volumes.starts[volume : volume + 2].tolist()
+def _spans(stages: Stages, start: int, end: int) -> Iterator[tuple[int, int, int]]:
+    """(first triangle, end, blocks) of the parts of triangles start ... end - 1, each of about CHUNK_TASKS blocks."""
     part = np.cumsum(stages.counts[start:end]) // CHUNK_TASKS
     cuts = [start, *(start + 1 + np.flatnonzero(np.diff(part))).tolist(), end]
     for first, last in pairwise(cuts):

@@ -24,6 +24,7 @@ from archsim.run.folder import write_whole
 from archsim.run.progress import Progress, silent
 from archsim.scene.scene import Scene, digest
 from archsim.shadow_volumes.comparison import BRUTE_FORCE, VARIANTS, Method, Traffic, draw, prepare
+from archsim.shadow_volumes.volumes import num_drawn
 
 _STEPS = 20  # of progress in a variant
 
@@ -32,7 +33,7 @@ class Frame(NamedTuple):
     """One frame, drawn by every variant."""
 
     scene_digest: str
-    triangles: int  # of all shadow volumes
+    triangles: int  # of all shadow volumes, as they are drawn
     volumes: int
     traffic: dict[str, Traffic]  # of each variant
     different: dict[str, int]  # pixels in which each variant's mask is not brute force's
@@ -56,7 +57,7 @@ def draw_frame(scene: Scene, light: np.ndarray, method: Method, progress: Progre
     volumes, shadow = view.seen.volumes, variants[BRUTE_FORCE].shadow
     return Frame(
         digest(scene),
-        len(volumes.triangles),
+        num_drawn(volumes),
         len(volumes.z_pass),
         {name: variant.traffic for name, variant in variants.items()},
         {name: int((variant.shadow != shadow).sum()) for name, variant in variants.items()},

@@ -32,6 +32,13 @@ def simulate_walkthrough(
 
     Frames are kept in `folder` as they are drawn; those that are there are not drawn again.
     """
+    return _result(config, drawn_frames(config, progress, folder))
+
+
+def drawn_frames(
+    config: WalkthroughConfig, progress: Progress = silent, folder: Path | None = None
+) -> list[Frame]:
+    """All frames of a walkthrough, drawn by every variant or taken from `folder`."""
     method = method_of(config.shadow_volumes, resources_of(config.shadow_volumes))
     frames = []
     for number, scene in enumerate(scenes(config)):
@@ -40,7 +47,7 @@ def simulate_walkthrough(
             progress(what, number * total + done, config.frames * total)
 
         frames.append(_frame(config, scene, method, told, folder))
-    return _result(config, frames)
+    return frames
 
 
 def _frame(
@@ -105,7 +112,10 @@ def scene_at(config: WalkthroughConfig, time: float) -> Any:
 COUNTS = [
     Measure("frames", "frames", "Frames drawn; what follows are averages over them.", len),
     Measure(
-        "triangles", "triangles", "Of all shadow volumes.", lambda frames: mean(f.triangles for f in frames)
+        "triangles",
+        "triangles",
+        "Of all shadow volumes, as they are drawn.",
+        lambda frames: mean(f.triangles for f in frames),
     ),
     Measure("volumes", "volumes", "Shadow volumes.", lambda frames: mean(f.volumes for f in frames)),
 ]

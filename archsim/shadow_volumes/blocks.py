@@ -64,23 +64,27 @@ def _fill(volume, triangles, seen, space, blocks):
         place = 0
         while place < met:
             end = block_end(footprint, place, met, screen)
-            _fill_block((place, end), index, shape, screen, blocks, number)
+            is_undrawn = index < seen.volumes.drawn[volume]
+            _fill_block((place, end), (index, is_undrawn), shape, screen, blocks, number)
             number += 1
             place = end
 
 
 @compiled
-def _fill_block(places, index, shape, screen, blocks, number):
-    """Block `number`, whose tiles are at half-open `places` in the footprint."""
+def _fill_block(places, triangle, shape, screen, blocks, number):
+    """Block `number`, whose tiles are at half-open `places` in the footprint. triangle: (index, whether undrawn)."""
+    index, is_undrawn = triangle
     footprint, extent, _, z_pass = shape
     row, column = footprint.tile[places[0]] // screen.columns, footprint.tile[places[0]] % screen.columns
     blocks.triangle[number] = index
     blocks.row[number], blocks.column[number] = row // 2, column // 2
     sample = covers_sample(extent, footprint, row // 2, column // 2)
-    blocks.operation[number] = sample if z_pass else -sample
+    blocks.operation[number] = 0 if is_undrawn else sample if z_pass else -sample
     for k in range(places[0], places[1]):
         row, column = footprint.tile[k] // screen.columns, footprint.tile[k] % screen.columns
-        blocks.relation[number, 2 * (column % 2) + row % 2] = CUT if footprint.relation[k] == CUTS else PASSES
+        blocks.relation[number, 2 * (column % 2) + row % 2] = (
+            CUT if footprint.relation[k] == CUTS or (is_undrawn and sample != 0) else PASSES
+        )
 
 
 @njit

@@ -12,14 +12,17 @@ HISTORY = 16  # vertices
 
 
 @njit
-def stream_bytes(triangles, starts):
-    """int64 [num_triangles]: bytes that each triangle of the volumes takes; the history starts anew with a volume."""
-    size = np.empty(len(triangles), np.int64)
+def stream_bytes(triangles, starts, drawn):
+    """int64 [num_triangles]: bytes that each triangle of the volumes takes; the history starts anew with a volume.
+
+    Those before the first of a volume that is drawn take no room: Stage 2 does not need them.
+    """
+    size = np.zeros(len(triangles), np.int64)
     history = np.empty(HISTORY, np.int64)
     for volume in range(len(starts) - 1):
         history[:] = -1
         oldest = 0
-        for index in range(starts[volume], starts[volume + 1]):
+        for index in range(drawn[volume], starts[volume + 1]):
             size[index] = CONTROL_BYTES
             for corner in range(3):
                 vertex = triangles[index, corner]

@@ -32,7 +32,7 @@ def depth_bounds(scene: Scene, light: np.ndarray, box: np.ndarray, reach: float 
     bounds[seen, 1] = 1.0 / np.maximum(depth[seen].min(axis=1), 1e-300)
 
     casters = Casters(*_box_mesh(box), len(box))
-    points, triangles, starts = extruded(casters, light, np.zeros(len(box), bool), reach)
+    points, triangles, starts, _ = extruded(casters, light, np.zeros(len(box), bool), reach)
     frustum = Frustum(camera.near, -1.5, width + 0.5, -1.5, height + 0.5)
     _extend(seen_by(points, camera, width, height), triangles, starts, frustum, new_polygon(), bounds)
     bounds[~clear_of_near_plane(box, scene, light), 1] = np.inf

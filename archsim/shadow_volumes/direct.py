@@ -55,7 +55,7 @@ def draw_triangles(volume, triangles, seen, space, stencil, logs=None):
         if logs is not None:
             put(logs.records, TAKE, 0, 0)
         number = project(points, volumes.triangles[index], screen.frustum, polygon)
-        if number > 0:
+        if number > 0 and index >= volumes.drawn[volume]:
             extent = trace(polygon.corners, number, screen, footprint)
             shape = (footprint, extent, plane_of(polygon.corners, number), test.z_pass)
             met = meet_tiles(extent, shape[2], test, screen, footprint)

@@ -65,7 +65,7 @@ def draw_hierarchically(seen: SeenVolumes, resources: Resources, steps: Steps = 
     volumes, screen = seen.volumes, seen.screen
     space, ahead = new_space(screen), resources.num_psv_buffers - 1
     buffers, target = new_memory(screen, resources)
-    sizes = stream_bytes(volumes.triangles, volumes.starts)
+    sizes = stream_bytes(volumes.triangles, volumes.starts, volumes.drawn)
     early = popped_early(sizes, volumes.starts, resources.delay_stream_bytes)
 
     counts = np.zeros(3, np.int64)
@@ -130,7 +130,7 @@ def update(volume, triangles, early, seen, space, memory, logs=None):
         if logs is not None:
             begin_update(logs, index == volumes.starts[volume])
         number = project(points, volumes.triangles[index], screen.frustum, polygon)
-        if number > 0:
+        if number > 0 and index >= volumes.drawn[volume]:
             extent = trace(polygon.corners, number, screen, footprint)
             shape = (footprint, extent, plane_of(polygon.corners, number), test.z_pass)
             state = (buffer, index - volumes.starts[volume] < early[volume], early[volume] > 0)

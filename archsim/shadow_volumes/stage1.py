@@ -63,9 +63,8 @@ def classify(volume, triangles, seen, space, buffers, log=None):
             extent = trace(polygon.corners, number, screen, footprint)
             plane = plane_of(polygon.corners, number)
             met = meet_tiles(extent, plane, test, screen, footprint)
-            operations += _classify_blocks(
-                met, (footprint, extent, test.z_pass), buffer, screen, buffers, log
-            )
+            triangle = (footprint, extent, test.z_pass, index < volumes.drawn[volume])
+            operations += _classify_blocks(met, triangle, buffer, screen, buffers, log)
         if log is not None:
             end_triangle(log, index, index + 1 == volumes.starts[volume + 1])
     return operations
@@ -74,7 +73,7 @@ def classify(volume, triangles, seen, space, buffers, log=None):
 @compiled
 def _classify_blocks(met, triangle, buffer, screen, buffers, log):
     """One triangle in all blocks that it meets; tiles whose sample it changes."""
-    footprint, extent, _ = triangle
+    footprint, extent = triangle[0], triangle[1]
     place, operations, visited = 0, 0, 0
     while place < met:
         end = block_end(footprint, place, met, screen)
@@ -111,17 +110,18 @@ def _classify_block(places, triangle, buffer, screen, buffers):
     """One triangle in one block of 2 x 2 tiles: (tiles whose sample it changes, whether the PSV entry was needed).
 
     The tiles share their stencil value, but a triangle can be behind one and before another. Then the value is that of
-    those that it is behind, and the others become boundary tiles, which never does harm.
+    those that it is behind, and the others become boundary tiles, which never does harm. So do those at whose sample
+    there is a triangle that is not drawn: a volume without it would be open there.
     """
     place, end = places
-    footprint, extent, z_pass = triangle
+    footprint, extent, z_pass, is_undrawn = triangle
     psv, cache = buffers
     block_row = footprint.tile[place] // screen.columns // 2
     block_column = footprint.tile[place] % screen.columns // 2
     sample = covers_sample(extent, footprint, block_row, block_column)
     changed, cut = 0, False
     for k in range(place, end):
-        if footprint.relation[k] == CUTS:
+        if footprint.relation[k] == CUTS or (is_undrawn and sample != 0):
             psv.boundary[buffer, footprint.tile[k]] = True
             cut = True
         elif sample != 0:

@@ -40,6 +40,7 @@ class Volumes(NamedTuple):
     points: np.ndarray  # float64 [num_points, 4] homogeneous, in the world
     triangles: np.ndarray  # int32 [num_triangles, 3] volume after volume: light cap, dark cap, sides
     starts: np.ndarray  # int64 [num_volumes + 1] first triangle of each volume
+    drawn: np.ndarray  # int64 [num_volumes] first triangle that is drawn; those before it only classify tiles
     z_pass: np.ndarray  # bool [num_volumes] counted in front of what is visible, else behind it
     box: np.ndarray  # float64 [num_volumes, 2, 3] lowest and highest corner of each object's bounding box
 
@@ -52,16 +53,22 @@ def shadow_volumes(scene: Scene, light: np.ndarray, extrusion: Extrusion) -> Vol
     if extrusion.counting == Counting.ADAPTIVE:
         z_pass = clear_of_near_plane(box, scene, light)
 
-    points, triangles, starts = extruded(casters, light, z_pass, extrusion.range)
+    points, triangles, starts, caps = extruded(casters, light, z_pass, extrusion.range)
     chosen = ranks(extrusion.order, box, light)
     rows, starts = picked(starts, chosen)
-    return Volumes(points, triangles[rows], starts, z_pass[chosen], box[chosen])
+    undrawn = np.where(z_pass, caps, 0)[chosen]  # a Z-pass cap is never before what is visible
+    return Volumes(points, triangles[rows], starts, starts[:-1] + undrawn, z_pass[chosen], box[chosen])
+
+
+def num_drawn(volumes: Volumes) -> int:
+    """Triangles that are drawn: what [Aila04] counts, whose Z-pass has no light caps."""
+    return int((volumes.starts[1:] - volumes.drawn).sum())
 
 
 def extruded(
     casters: Casters, light: np.ndarray, z_pass: np.ndarray, reach: float | None
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """points, triangles and starts of Volumes."""
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """points, triangles and starts of Volumes, and int64 [num_volumes] triangles of each light cap."""
     cap = light_cap(casters, light)
     edge = silhouette(cap)
     num_vertices = len(casters.positions)
@@ -78,7 +85,8 @@ def extruded(
     caster = np.concatenate([cap.caster, cap.caster[needed], np.repeat(edge.caster, 2)])
     order = np.argsort(caster, kind="stable")
     starts = np.searchsorted(caster[order], np.arange(casters.num_casters + 1))
-    return _points(casters.positions, light, reach), triangles[order].astype(np.int32), starts
+    caps = np.bincount(cap.caster, minlength=casters.num_casters)
+    return _points(casters.positions, light, reach), triangles[order].astype(np.int32), starts, caps
 
 
 def seen_by(points: np.ndarray, camera: Camera, width: int, height: int) -> np.ndarray:

@@ -90,7 +90,7 @@ def _hierarchical(
     view: View, seen: SeenVolumes, resources: Resources, two_passes: bool
 ) -> Iterator[tuple[Tasks, ...]]:
     screen, layout = seen.screen, layout_of(seen.screen, resources.num_psv_buffers)
-    sizes = stream_bytes(seen.volumes.triangles, seen.volumes.starts)
+    sizes = stream_bytes(seen.volumes.triangles, seen.volumes.starts, seen.volumes.drawn)
     capacity = np.iinfo(np.int64).max if two_passes else resources.delay_stream_bytes
     early = popped_early(sizes, seen.volumes.starts, capacity)
     space, memory = new_space(screen), new_memory(screen, resources)

@@ -1,52 +1,63 @@
-"""How far the brute-force column fixes the other two: `python spread.py ROW [SECONDS [SEED]]`.
+"""How far the frames of a walkthrough lie apart: `python spread.py ROW [FOLDER]`.
 
-Draws the best view of each start of `calibrate.py` by all variants, at full resolution, and prints a Markdown table.
+Prints a Markdown table: of what table 1 prints about depth bounds and the hierarchical algorithm the mean, and the
+least, quartiles and greatest of the frames. Frames are kept in FOLDER, and not drawn again when they are there.
 """
 
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
-from calibrate import GOOD, Found, printed_column, search
+import numpy as np
 
 from archsim.config import load_walkthrough
-from archsim.run.shadow_volumes import method_of, prepare_light
-from archsim.run.walkthrough import resources_of
-from archsim.scene.scene import load_scene
-from archsim.shadow_volumes.comparison import VARIANTS, Traffic, draw
+from archsim.run.frames import Frame
+from archsim.run.walkthrough import drawn_frames
+from archsim.shadow_volumes.comparison import BRUTE_FORCE, DEPTH_BOUNDS, HIERARCHICAL, Traffic
 
 HERE = Path(__file__).resolve().parent
+MB = 2**20
+QUANTITIES: dict[str, Callable[[Traffic], float]] = {
+    "stencil, shadow pass [MB]": lambda traffic: traffic.stencil_shadow / MB,
+    "depth [MB]": lambda traffic: traffic.depth_shadow / MB,
+    "stencil, lighting pass [MB]": lambda traffic: traffic.stencil_lighting / MB,
+    "PSV [MB]": lambda traffic: traffic.psv / MB,
+    "delay stream [MB]": lambda traffic: traffic.delay_stream / MB,
+    "total [MB]": lambda traffic: traffic.total / MB,
+    "pixels [million]": lambda traffic: traffic.processed / 1e6,
+}
+VARIANTS = {"BF": BRUTE_FORCE, "DB": DEPTH_BOUNDS, "H": HIERARCHICAL}
 
 
 def main() -> None:
-    row, *numbers = sys.argv[1:]
-    seconds = float(numbers[0]) if numbers else 120.0
-    found = {each.start: each for each in search(row, seconds, int(numbers[1]) if len(numbers) > 1 else 0)}
-    print(f"printed: {printed_column(row)}")
-    print("| misfit | BF pixels [M] | BF : DB pixels | BF : H pixels | BF : DB bytes | BF : H bytes | view |")
+    row, *folder = sys.argv[1:]
+    config = load_walkthrough(HERE / f"{row}.yaml")
+    frames = drawn_frames(config, folder=Path(folder[0]) if folder else None)
+    print("| quantity | mean | least | quarter | half | three quarters | greatest |")
     print("|---|---|---|---|---|---|---|")
-    for view in found.values():
-        if view.misfit < 2 * GOOD:
-            print(_line(view, *_drawn(row, view)), flush=True)
+    for what, of in QUANTITIES.items():
+        for column, variant in VARIANTS.items():
+            numbers = _each(frames, of, variant)
+            if numbers.any():
+                print(_line(f"{what} {column}", numbers))
+    for what in ("pixels [million]", "total [MB]"):
+        brute = _each(frames, QUANTITIES[what], BRUTE_FORCE)
+        for column in ("DB", "H"):
+            other = np.maximum(_each(frames, QUANTITIES[what], VARIANTS[column]), 1e-9)
+            print(_line(f"BF : {column} {what.split()[0]}", brute / other, brute.mean() / other.mean()))
 
 
-def _drawn(row: str, view: Found) -> list[Traffic]:
-    """What the variants move in a view."""
-    config = load_walkthrough(HERE / f"{row}.yaml", view.overrides)
-    method = method_of(config.shadow_volumes, resources_of(config.shadow_volumes))
-    seen = prepare_light(load_scene(config.scene), config.shadow_volumes.light, method)
-    return [draw(seen, variant, method.resources).traffic for variant in VARIANTS]
+def _each(frames: list[Frame], of: Callable[[Traffic], float], variant: str) -> np.ndarray:
+    """float64 [num_frames]."""
+    return np.array([of(frame.traffic[variant]) for frame in frames])
 
 
-def _line(view: Found, brute: Traffic, bounded: Traffic, hierarchical: Traffic) -> str:
-    others = (bounded, hierarchical)
-    ratios = [
-        *(brute.processed / max(other.processed, 1) for other in others),
-        *(brute.total / max(other.total, 1) for other in others),
-    ]
-    numbers = " | ".join(f"{ratio:.2f}" for ratio in ratios)
-    return f"| {view.misfit:.3f} | {brute.processed / 1e6:.2f} | {numbers} | {' '.join(view.overrides)} |"
+def _line(what: str, numbers: np.ndarray, mean: float | None = None) -> str:
+    """Of a ratio, the mean is that of what it is the ratio of."""
+    shown = [numbers.mean() if mean is None else mean, *np.quantile(numbers, [0, 0.25, 0.5, 0.75, 1])]
+    return f"| {what} | {' | '.join(f'{number:.3g}' for number in shown)} |"
 
 
 if __name__ == "__main__":

@@ -28,26 +28,28 @@ def test_a_single_frame_is_the_middle_of_the_walk():
 
 
 def test_what_a_keyframe_leaves_out_stays():
-    config = small("keyframes=[{parameters: {height: 1}}, {parameters: {height: 3}}]")
+    config = small("keyframes=[{parameters: {slices: 10}}, {parameters: {slices: 30}}]")
     scene = scene_at(config, 0.5)
-    assert scene.mesh.parameters["height"] == 2
+    assert scene.mesh.parameters["slices"] == 20
     assert scene.camera == config.scene.camera
     assert scene.lights == config.scene.lights
 
 
 def test_statistics_are_averages_of_frames():
     walk = simulate_walkthrough(small())
-    single = [
-        simulate_walkthrough(small("frames=1", f"keyframes=[{{light: {place}}}]")) for place in lights()
-    ]
+    single = [simulate_walkthrough(small("frames=1", f"keyframes=[{moment}]")) for moment in moments()]
     for name in ("brute_force.stencil_pixels", "hierarchical.total", "walkthrough.triangles"):
         assert walk.value(name) == pytest.approx(np.mean([result.value(name) for result in single]))
     assert walk.ok
     assert walk.value("walkthrough.triangles") == 8
 
 
-def lights():
-    return [scene.lights[0].position.tolist() for scene in scenes(small())]
+def moments():
+    """Each frame as a keyframe."""
+    return [
+        f"{{eye: {scene.camera.eye.tolist()}, light: {scene.lights[0].position.tolist()}}}"
+        for scene in scenes(small())
+    ]
 
 
 def test_progress_reaches_its_end():
@@ -62,7 +64,7 @@ def test_progress_reaches_its_end():
     [
         ("shadow_volumes.light=1", "must be below 1"),
         ("keyframes=[{light: [0, 0, 1]}, {eye: [0, 0, 1]}]", "either all keyframes have 'eye' or none"),
-        ("keyframes=[{parameters: {height: 1}}, {}]", "all keyframes must have the same parameters"),
+        ("keyframes=[{parameters: {slices: 9}}, {}]", "all keyframes must have the same parameters"),
         ("shadow_volumes.psv_cache.line=3", "must be a power of two"),
         ("shadow_volumes.psv_cache.ways=3", "must be a multiple of line x ways"),
         ("shadow_volumes.casters=object", "casters"),

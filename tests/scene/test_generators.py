@@ -125,6 +125,25 @@ def test_shadow_casting_objects_of_generated_meshes_are_closed_parts(name):
         assert len(own) == 1 or is_closed(own)
 
 
+def test_solids_of_a_power_plant_are_dealt_to_objects_place_by_place():
+    small = {"bays": 2, "floors": 1, "pipes": 6, "tanks": 2, "chimneys": 0}
+    whole, cut = (make_mesh("power_plant", 1, {**small, **more}) for more in ({}, {"places": 3, "kinds": 2}))
+    assert set(whole.objects) == {-1, 0}
+    assert set(cut.objects) == {-1, 0, 1, 2, 3, 4, 5}
+    assert (cut.vertices == whole.vertices).all()
+    middles = [cut.vertices[cut.triangles[cut.objects // 2 == place]][..., 0].mean() for place in range(3)]
+    assert middles == sorted(middles)
+
+
+def test_the_simple_scene_is_the_inside_of_a_room():
+    mesh = make_mesh("simple_occluder", 0, {})
+    assert np.abs(mesh.vertices).max() == 100
+    walls = mesh.vertices[mesh.triangles[:10]]
+    normals = np.cross(walls[:, 1] - walls[:, 0], walls[:, 2] - walls[:, 0])
+    assert (np.einsum("nk,nk->n", normals, walls[:, 0]) < 0).all()  # they look inwards
+    assert (mesh.objects >= 0).sum() == 1
+
+
 def test_animated_characters_repeat_after_nine_frames():
     poses = [make_mesh("knights", 0, {"knights": 2, "pose": pose}).vertices for pose in (0.5, 5.0, 9.5)]
     np.testing.assert_allclose(poses[0], poses[2], atol=1e-6)

@@ -58,10 +58,13 @@ def test_a_released_buffer_is_clear_again():
 
 def test_vertices_in_the_history_are_not_stored_again():
     strip = np.array([(0, 1, 2), (2, 1, 3), (2, 3, 4), (9, 10, 11)])
-    assert stream_bytes(strip, np.array([0, 3, 4])).tolist() == [38, 14, 14, 38]
+    assert stream_bytes(strip, np.array([0, 3, 4]), np.array([0, 3])).tolist() == [38, 14, 14, 38]
     apart = np.arange(60).reshape(20, 3)
     again = np.concatenate([apart, apart[:1], apart[-1:]])
-    assert stream_bytes(again, np.array([0, 22]))[-2:].tolist() == [38, 2]  # forgotten, and remembered
+    assert stream_bytes(again, np.array([0, 22]), np.array([0]))[-2:].tolist() == [
+        38,
+        2,
+    ]  # forgotten, and remembered
 
 
 def test_triangles_leave_early_when_their_volume_does_not_fit():

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from archsim.scene.mesh import Mesh
 from archsim.shadow_volumes.casters import Grouping, find_casters
 from archsim.shadow_volumes.silhouette import net_edges
-from archsim.shadow_volumes.volumes import Counting, Extrusion, seen_by, shadow_volumes
+from archsim.shadow_volumes.volumes import Counting, Extrusion, num_drawn, seen_by, shadow_volumes
 from tests.shadow.scenes import soup
 from tests.shadow_volumes.scenes import BOX, BOX_TRIANGLES, floor_and, make_scene
 
@@ -75,6 +75,15 @@ def test_z_pass_needs_no_dark_cap_at_infinity():
     scene = box_scene((0.5, 0.5, 9.0))
     without = volumes_of(scene, Z_FAIL._replace(counting=Counting.ADAPTIVE))
     assert len(volumes_of(scene).triangles) - len(without.triangles) == 2
+
+
+def test_z_pass_draws_no_light_cap():
+    scene = box_scene((0.5, 0.5, 9.0))  # above: the cap is the box's top
+    z_pass, z_fail = volumes_of(scene, Z_FAIL._replace(counting=Counting.ADAPTIVE)), volumes_of(scene)
+    assert (z_pass.drawn - z_pass.starts[:-1]).tolist() == [2]
+    assert num_drawn(z_pass) == 8  # two triangles for each edge of the top
+    assert (z_fail.drawn - z_fail.starts[:-1]).tolist() == [0]
+    assert num_drawn(z_fail) == 12  # and both caps
 
 
 def test_volumes_end_at_the_range():

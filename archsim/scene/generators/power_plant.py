@@ -37,9 +37,11 @@ class Parameters(NamedTuple):
     tanks: int = 40
     tank_slices: int = 48
     chimneys: int = 4
+    places: int = 1  # slabs along x, of as many solids each, into whose objects the solids are put
+    kinds: int = 1  # objects of a place, to which its solids are dealt in turn
 
 
-LOWEST = Parameters(1, 1, 1.0, 0, 1, 3, 1, 0, 3, 0)
+LOWEST = Parameters(1, 1, 1.0, 0, 1, 3, 1, 0, 3, 0, 1, 1)
 TANK_STACKS = 24
 CHIMNEY_RINGS = 33
 BRACES = 2  # thin boxes across each cell of a floor: gratings
@@ -47,13 +49,20 @@ GROUND_CELLS = 32
 
 
 def num_triangles(parameters: Parameters) -> int:
-    """Ground, frame, pipes, tanks, chimneys."""
+    """Ground, and all solids."""
+    return 2 * GROUND_CELLS**2 + sum(number * size for number, size in _solids(parameters))
+
+
+def _solids(parameters: Parameters) -> list[tuple[int, int]]:
+    """(how many, triangles of each): beams, pipes, tanks, chimneys."""
     lines = parameters.bays + 1
     beams = parameters.floors * (lines * lines + 2 * lines * parameters.bays + BRACES * parameters.bays**2)
-    pipe = tube_triangles(_pipe_points(parameters), parameters.pipe_sides)
-    tanks = parameters.tanks * sphere_triangles(parameters.tank_slices, TANK_STACKS)
-    chimneys = parameters.chimneys * tube_triangles(CHIMNEY_RINGS, parameters.tank_slices)
-    return 2 * GROUND_CELLS**2 + beams * BOX_TRIANGLES + parameters.pipes * pipe + tanks + chimneys
+    return [
+        (beams, BOX_TRIANGLES),
+        (parameters.pipes, tube_triangles(_pipe_points(parameters), parameters.pipe_sides)),
+        (parameters.tanks, sphere_triangles(parameters.tank_slices, TANK_STACKS)),
+        (parameters.chimneys, tube_triangles(CHIMNEY_RINGS, parameters.tank_slices)),
+    ]
 
 
 def _pipe_points(parameters: Parameters) -> int:
@@ -61,7 +70,7 @@ def _pipe_points(parameters: Parameters) -> int:
 
 
 def make(random: np.random.Generator, parameters: Parameters) -> Mesh:
-    """In the order of `num_triangles`; only the ground casts no shadow."""
+    """The ground, which casts no shadow, then the solids in the order of `_solids`."""
     size = parameters.bays * parameters.bay_size
     flat = np.zeros((GROUND_CELLS + 1, GROUND_CELLS + 1))
     parts = [ground(4.0 * size, GROUND_CELLS, flat), _frame(parameters)]
@@ -73,7 +82,25 @@ def make(random: np.random.Generator, parameters: Parameters) -> Mesh:
         parts.append(_tanks(random, parameters))
     if parameters.chimneys:
         parts.append(_chimneys(random, parameters))
-    return join(parts, [NO_SHADOW] + [0] * (len(parts) - 1))
+    mesh = join(parts, [NO_SHADOW] + [0] * (len(parts) - 1))
+    return mesh._replace(objects=_objects(mesh, parameters))
+
+
+def _objects(mesh: Mesh, parameters: Parameters) -> np.ndarray:
+    """int32 [num_triangles]: the object of each triangle by the place and turn of its solid; the ground is of none."""
+    solids = np.concatenate([np.full(number, size) for number, size in _solids(parameters)])
+    ends = np.cumsum(solids)
+    starts = ends - solids
+    casting = mesh.triangles[len(mesh.triangles) - ends[-1] :]
+    middles = mesh.vertices[casting, 0].mean(axis=1)
+    place = np.add.reduceat(middles, starts) / solids
+
+    rank = np.empty(len(solids), np.int64)
+    rank[np.argsort(place, kind="stable")] = np.arange(len(solids))
+    slab = rank * parameters.places // len(solids)
+    number = slab * parameters.kinds + np.arange(len(solids)) % parameters.kinds
+    ground = np.full(len(mesh.triangles) - len(casting), NO_SHADOW)
+    return np.concatenate([ground, np.repeat(number, solids)]).astype(np.int32)
 
 
 def _frame(parameters: Parameters) -> Mesh:

@@ -1,0 +1,75 @@
+"""The search of walkthroughs: eyes where people's would be, a part of the casters; and the files that came of it."""
+
+import importlib.util
+
+import numpy as np
+import pytest
+
+from archsim import resources
+from archsim.config import load_walkthrough
+from archsim.scene.generators import make_mesh
+from archsim.shadow_volumes.casters import Grouping
+
+FOLDER = resources.experiment("aila2004")
+SEATED, STANDING = 1.2, 2.0  # eyes above what one sits or stands on
+
+
+@pytest.fixture(scope="module")
+def calibrate():
+    spec = importlib.util.spec_from_file_location("calibrate_aila2004", FOLDER / "calibrate.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_steps_are_where_the_amphitheater_has_them(calibrate):
+    config = load_walkthrough(FOLDER / "amphitheater.yaml")
+    parameters = dict(config.scene.mesh.parameters)
+    stage, steps = parameters["stage_radius"], calibrate.Steps()
+    mesh = make_mesh("amphitheater", 0, parameters)
+    receiving = mesh.vertices[np.unique(mesh.triangles[mesh.objects < 0])]
+    on_axis = receiving[np.isclose(receiving[:, 0], 0, atol=1e-3) & (receiving[:, 1] > 1)]
+    assert on_axis[:, 1].max() == pytest.approx(stage + steps.rows * steps.depth)
+    for row in range(steps.rows):
+        near, far = stage + row * steps.depth, stage + (row + 1) * steps.depth
+        tread = on_axis[np.isclose(on_axis[:, 1], far, atol=1e-3), 2].min()
+        assert calibrate.step_below(0.5 * (near + far) - stage, 90.0, steps) == pytest.approx(tread)
+
+
+@pytest.mark.parametrize(("beyond", "azimuth"), [(-0.1, 90.0), (3.0, -90.0)])
+def test_stage_and_open_side_have_no_steps(calibrate, beyond, azimuth):
+    assert calibrate.step_below(beyond, azimuth, calibrate.Steps()) == 0.0
+
+
+def test_the_amphitheaters_eye_is_someones_in_it(calibrate):
+    config, steps = load_walkthrough(FOLDER / "amphitheater.yaml"), calibrate.Steps()
+    stage = config.scene.mesh.parameters["stage_radius"]
+    for frame in config.keyframes:
+        x, y, z = frame.eye
+        distance = np.hypot(x, y)
+        assert distance < stage + steps.rows * steps.depth
+        below = calibrate.step_below(distance - stage, np.degrees(np.arctan2(y, x)), steps)
+        assert SEATED <= z - below <= STANDING
+    assert np.hypot(*config.scene.lights[0].position[:2]) <= stage
+
+
+def test_the_knights_are_seen_by_one_of_them():
+    frames = load_walkthrough(FOLDER / "knights.yaml").keyframes
+    assert all(1.5 <= frame.eye[2] <= STANDING for frame in frames)
+
+
+def test_every_other_caster_is_drawn(calibrate):
+    tanks = {"bays": 1, "floors": 1, "pipes": 0, "tanks": 6, "chimneys": 0}
+    whole, few = calibrate._meshes("power_plant", 1, tuple(tanks.items()), Grouping.PARTS, 2)
+    sizes = np.bincount(few.objects)
+    assert (sizes[0::2] > 0).all()
+    assert not sizes[1::2].any()
+    assert len(few.triangles) < (whole.objects >= 0).sum()
+
+
+def test_two_readings_of_the_power_plant_differ_in_what_is_an_object_alone():
+    parts, files = (load_walkthrough(FOLDER / f"{name}.yaml") for name in ("powerplant", "powerplant_files"))
+    assert (parts.shadow_volumes.casters, files.shadow_volumes.casters) == ("parts", "objects")
+    assert files.scene.mesh.parameters == {**parts.scene.mesh.parameters, "places": 7, "kinds": 4}
+    assert (files.frames, files.keyframes) == (parts.frames, parts.keyframes)
+    assert files.shadow_volumes.range == parts.shadow_volumes.range
