@@ -45,7 +45,7 @@ def _draw(seen, first, end, space, stencil):
 def draw_triangles(volume, triangles, seen, space, stencil, logs=None):
     """Draw triangles (first, end) of a volume: int64 [2] stencil pixels, depth tiles.
 
-    logs: where to write down the units' work, DirectLogs, or None.
+    logs: where to write down the units' work, DirectLogs, or None; then all triangles are drawn ones.
     """
     volumes, points, bounds, screen = seen
     polygon, footprint = space

@@ -119,7 +119,7 @@ def _run(seen, steps, early, space, buffers, target):
 def update(volume, triangles, early, seen, space, memory, logs=None):
     """Stage 2 of triangles (first, end) of a volume: (stencil pixels, depth tiles).
 
-    memory: Memory. logs: where to write down the units' work, Stage2Logs, or None.
+    memory: Memory. logs: where to write down the units' work, Stage2Logs, or None; then all triangles are drawn ones.
     """
     volumes, points, bounds, screen = seen
     polygon, footprint = space
@@ -128,7 +128,7 @@ def update(volume, triangles, early, seen, space, memory, logs=None):
     stencil_pixels, depth_tiles = 0, 0
     for index in range(triangles[0], triangles[1]):
         if logs is not None:
-            begin_update(logs, index == volumes.starts[volume])
+            begin_update(logs, index == volumes.drawn[volume])
         number = project(points, volumes.triangles[index], screen.frustum, polygon)
         if number > 0 and index >= volumes.drawn[volume]:
             extent = trace(polygon.corners, number, screen, footprint)

@@ -88,9 +88,10 @@ def change_entry(log, cache, buffer, tile, screen):
 
 @compiled
 def end_triangle(log, index, is_last):
-    """Stage 1 passes the triangle on; ESV goes past the delay stream, or alone where there are two passes."""
+    """Stage 1 passes on a triangle that is drawn; ESV goes past the delay stream, or alone where there are two passes."""
     if not log.two_passes:
-        put(log.records, EMIT, 0, log.sizes[index])
+        if log.sizes[index] > 0:
+            put(log.records, EMIT, 0, log.sizes[index])
         if is_last:
             put(log.records, MARK, 0, 0)
     elif is_last:

@@ -173,11 +173,12 @@ def _chunks(seen: SeenVolumes, units: tuple[int, ...]) -> Iterator[tuple[list[St
 
 
 def _steps(seen: SeenVolumes, units: tuple[int, ...], met: np.ndarray) -> Iterator[Step]:
-    """Every volume in all passes, large ones in several steps."""
-    starts = seen.volumes.starts
+    """Every volume in all passes, large ones in several steps. What is not drawn goes through Stage 1 only."""
+    starts, drawn = seen.volumes.starts, seen.volumes.drawn
     for volume in range(len(starts) - 1):
-        cuts = _cuts(met[starts[volume] : starts[volume + 1]]) + starts[volume]
         for unit in units:
+            start, end = starts[volume] if unit == 1 else drawn[volume], starts[volume + 1]
+            cuts = _cuts(met[start:end]) + start
             for first, end in zip(cuts[:-1].tolist(), cuts[1:].tolist(), strict=True):
                 yield Step(unit, volume, first, end)
 
