@@ -88,7 +88,7 @@ def change_entry(log, cache, buffer, tile, screen):
 
 @compiled
 def end_triangle(log, index, is_last):
-    """Stage 1 passes on a triangle that is drawn; ESV goes past the delay stream, or alone where there are two passes."""
+    """Stage 1 passes a drawn triangle on; ESV goes past the delay stream, or alone where there are two passes."""
     if not log.two_passes:
         if log.sizes[index] > 0:
             put(log.records, EMIT, 0, log.sizes[index])
