@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from archsim.machine import memory, waits
 from archsim.machine.counters import STALL_LOCK
 from archsim.machine.state import Machine, State
@@ -47,16 +49,17 @@ def make_task(spec: Machine, state: State, cycle):
 def issue(spec: Machine, state: State, cycle, core):
     """The core's threads that are due wake in `cycle`, and it issues at most one instruction."""
     core_model.wake_due(state.core, cycle, core)
-    while True:
-        word, bit = core_model.pick(state.core, core)
+    word, bit = core_model.pick(state.core, core)
+    if bit == 0:
+        return EMPTY
+    number = core_model.number_of(state.core, word, bit)
+    thread = state.core.threads[number]
+    if thread["compute_left"] == 0 and thread["op"] == Op.END:
+        word, bit, status = _pass_ends(spec, state, cycle, core, number)
         if bit == 0:
-            return EMPTY
+            return status
         number = core_model.number_of(state.core, word, bit)
         thread = state.core.threads[number]
-        if thread["compute_left"] > 0 or thread["op"] != Op.END:
-            break
-        if _change_task(spec, state, cycle, core, number) == NEEDS_TASKS:
-            return NEEDS_TASKS
 
     _charge_empty_slots(spec, state, cycle, core, number)
     core_model.go_round(state.core, core, word, bit)
@@ -64,6 +67,21 @@ def issue(spec: Machine, state: State, cycle, core):
         thread["compute_left"] -= 1
         return ISSUED
     return _operate(spec, state, cycle, core, number)
+
+
+@step
+def _pass_ends(spec, state, cycle, core, number):
+    """Threads at the end of their tasks, `number` first, take others until one can issue: its word and bit, or 0."""
+    while True:
+        if _change_task(spec, state, cycle, core, number) == NEEDS_TASKS:
+            return np.uint32(0), 0, NEEDS_TASKS
+        word, bit = core_model.pick(state.core, core)
+        if bit == 0:
+            return word, bit, EMPTY
+        number = core_model.number_of(state.core, word, bit)
+        thread = state.core.threads[number]
+        if thread["compute_left"] > 0 or thread["op"] != Op.END:
+            return word, bit, ISSUED
 
 
 @inlined_step

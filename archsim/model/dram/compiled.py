@@ -129,17 +129,15 @@ def _wake(spec, state, clock, number):
 
     if spec.num_write_entries > 0:
         channel["is_draining"] = drains(spec, channel)
-    start, entry = clock, next_entry(spec, state, number)
-    while True:
-        if channel["plan"] == PLAN_AGAIN and channel["plan_due"] <= start:
-            plan(spec, state, start, number)
-        if channel["plan"] == PLAN_AGAIN or channel["plan_due"] > clock:
-            break
-        requester, start = _carry_out(spec, state, clock, number), clock + 1
-        channel["plan"], channel["plan_due"] = PLAN_AGAIN, start
+    if channel["plan"] == PLAN_AGAIN and channel["plan_due"] <= clock:
+        plan(spec, state, clock, number)
+    entry = next_entry(spec, state, number)
+    if channel["plan"] != PLAN_AGAIN and channel["plan_due"] <= clock:
+        requester = _carry_out(spec, state, clock, number)
+        channel["plan"], channel["plan_due"] = PLAN_AGAIN, clock + 1
         entry = next_entry(spec, state, number)
-        if entry <= start:
-            break  # then is the time to plan
+        if entry > clock + 1:  # or else then is the time to plan
+            plan(spec, state, clock + 1, number)
     state.due[number] = min(channel["plan_due"], max(clock + 1, entry))
     return requester
 

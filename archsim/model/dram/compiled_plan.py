@@ -7,24 +7,30 @@ first is planned; of several, column commands come before row commands, and olde
 from __future__ import annotations
 
 from archsim.model.compiled import NEVER, inlined_step, step
-from archsim.model.dram.compiled_commands import refresh_due
+from archsim.model.dram.compiled_commands import note_wishes, refresh_due
 from archsim.model.dram.compiled_state import (
+    BANK_BITS,
     CLOSE,
     CLOSED,
     COLUMN,
     NO_KEY,
+    NO_WISH,
     NOBODY,
     PLAN_AGAIN,
     READS,
     REFRESH,
     ROW,
+    ROW_BIT,
+    TO_ACT,
+    TO_PRE,
+    TO_WRITE,
     WRITES,
 )
 from archsim.model.dram.spec import PagePolicy, Scheduler
 
 _OPEN_PAGE, _TIMEOUT, _FCFS = int(PagePolicy.OPEN), int(PagePolicy.TIMEOUT), int(Scheduler.FCFS)
-_ROW_BIT, _WAIT_SHIFT = 1 << 40, 41  # of a candidate: column commands first, by age, then row commands by age
-_FAR = 1 << 20  # clocks; whoever must wait longer is looked at again then
+_WAIT_SHIFT = 45  # of a candidate: what may issue first comes first
+_FAR = 1 << 16  # clocks; whoever must wait longer is looked at again then
 
 
 @inlined_step
@@ -72,14 +78,14 @@ def overtakes(spec, state, clock, number, slot):
     if bank["open_row"] == request["row"]:
         if requests["hit"] != slot:
             return False
-        due = max(clock, _column_due(channel, bank, kind))
+        due = max(clock, _column_due(state, number, request["bank"], kind))
         is_before_row = channel["plan"] == ROW and (
             channel["plan_bank"] == request["bank"] or due == channel["plan_due"]
         )
         return is_before_row or due < channel["plan_due"]
     if requests["first"] != slot or state.lists[number, request["bank"], 1 - kind]["first"] != NOBODY:
         return False
-    return max(clock, _row_due(channel, bank)) < channel["plan_due"]
+    return max(clock, _row_due(state, number, request["bank"])) < channel["plan_due"]
 
 
 @inlined_step
@@ -97,6 +103,10 @@ def _command(spec, state, clock, number):
     if spec.num_write_entries > 0:
         draining = drains(spec, channel)
         first_kind, end_kind = draining, draining + 1
+        if channel["kinds"] != 1 << draining:
+            channel["kinds"] = 1 << draining
+            for bank_number in range(spec.num_banks):
+                note_wishes(state, number, bank_number)
 
     only = NOBODY
     if spec.scheduler == _FCFS:
@@ -107,7 +117,7 @@ def _command(spec, state, clock, number):
         channel["is_strict"] = 1 if channel["num_reads"] + channel["num_writes"] > 1 else 0
         command, due = _of_one(state, clock, number, only)
     else:
-        command, due = _of_all(state, clock, number, first_kind, end_kind)
+        command, due = _of_all(state, clock, number)
         patience_ends = channel["patience_ends"]
         if spec.scheduler != _FCFS and draining == 0 and patience_ends <= due < NEVER:
             command, due = PLAN_AGAIN, patience_ends
@@ -151,55 +161,47 @@ def _out_of_patience(spec, state, clock, number, first_kind, end_kind):
 def _of_one(state, clock, number, slot):
     """The command that this request needs, and from `clock` on when it may issue."""
     channel, request = state.channels[number], state.waiting[number, slot]
-    bank = state.banks[number, request["bank"]]
-    channel["plan_bank"], channel["plan_slot"] = request["bank"], slot
-    if bank["open_row"] == request["row"]:
-        return COLUMN, max(clock, _column_due(channel, bank, request["is_write"]))
-    return ROW, max(clock, _row_due(channel, bank))
+    bank = request["bank"]
+    channel["plan_bank"], channel["plan_slot"] = bank, slot
+    if state.banks[number, bank]["open_row"] == request["row"]:
+        return COLUMN, max(clock, _column_due(state, number, bank, request["is_write"]))
+    return ROW, max(clock, _row_due(state, number, bank))
 
 
 @inlined_step
-def _column_due(channel, bank, kind):
+def _column_due(state, number, bank, kind):
     """The first clock for the RD or WR of the open row."""
-    if kind == WRITES:
-        return max(bank["write"], channel["write"])
-    return max(bank["read"], channel["read"])
+    return max(state.bounds[number, kind, bank], state.bus[number, kind])
 
 
 @inlined_step
-def _row_due(channel, bank):
-    """The first clock for the ACT of a closed bank, or the PRE of an open one, found without a branch."""
-    is_closed = -int(bank["open_row"] == CLOSED)
-    return (max(bank["act"], channel["act"]) & is_closed) | (bank["pre"] & ~is_closed)
+def _row_due(state, number, bank):
+    """The first clock for the ACT of a closed bank, or the PRE of an open one."""
+    if state.banks[number, bank]["open_row"] == CLOSED:
+        return max(state.bounds[number, TO_ACT, bank], state.bus[number, TO_ACT])
+    return state.bounds[number, TO_PRE, bank]
 
 
 @inlined_step
-def _of_all(state, clock, number, first_kind, end_kind):
+def _of_all(state, clock, number):
     """The first command from `clock` on that any waiting request may have, and when.
 
-    A candidate is one integer, so that finding the first one needs no branches: waiting clocks, row or column, age.
+    A candidate is one integer, so that finding the first one needs no branches: waiting clocks, then the wish.
     """
-    channel = state.channels[number]
-    best, best_bank = NO_KEY, 0
-    for bank_number in range(state.banks.shape[1]):
-        bank = state.banks[number, bank_number]
-        first, hit, of_bank = NO_KEY, NO_KEY, NO_KEY
-        for kind in range(first_kind, end_kind):
-            requests = state.lists[number, bank_number, kind]
-            first, hit = min(first, requests["first_key"]), min(hit, requests["hit_key"])
-            wait = min(max(0, _column_due(channel, bank, kind) - clock), _FAR)
-            of_bank = min(of_bank, (wait << _WAIT_SHIFT) + requests["hit_key"])
-        wait = min(max(0, _row_due(channel, bank) - clock), _FAR)
-        row_key = first if hit == NO_KEY else NO_KEY
-        of_bank = min(of_bank, (wait << _WAIT_SHIFT) + _ROW_BIT + row_key)
-        best_bank = bank_number if of_bank < best else best_bank
-        best = min(best, of_bank)
-    if best == NO_KEY:
+    channel, best = state.channels[number], NO_WISH
+    for told in range(TO_PRE + 1):
+        if told != TO_WRITE or channel["num_writes"] > 0:
+            earliest = max(state.bus[number, told], clock)
+            for bank_number in range(state.bounds.shape[2]):
+                wait = min(max(state.bounds[number, told, bank_number], earliest) - clock, _FAR)
+                best = min(best, (wait << _WAIT_SHIFT) + state.wishes[number, told, bank_number])
+    if best == NO_WISH:
         return PLAN_AGAIN, NEVER
 
-    command, wait = ROW if best & _ROW_BIT else COLUMN, best >> _WAIT_SHIFT
-    channel["plan_bank"] = best_bank
-    channel["plan_slot"] = _slot_of(state.lists[number, best_bank], command, best & (_ROW_BIT - 1))
+    command, wait = ROW if best & ROW_BIT else COLUMN, best >> _WAIT_SHIFT
+    bank, key = best & ((1 << BANK_BITS) - 1), (best & (ROW_BIT - 1)) >> BANK_BITS
+    channel["plan_bank"] = bank
+    channel["plan_slot"] = _slot_of(state.lists[number, bank], command, key)
     return (PLAN_AGAIN if wait == _FAR else command), clock + wait
 
 
@@ -218,7 +220,8 @@ def _or_close(spec, state, clock, number, only, kinds, planned):
     command, best_due = planned
     for bank_number in range(state.banks.shape[1]):
         bank = state.banks[number, bank_number]
-        due = max(max(clock, bank["pre"]), bank["last_use"] + idle_clocks)
+        pre_due = max(clock, state.bounds[number, TO_PRE, bank_number])
+        due = max(pre_due, bank["last_use"] + idle_clocks)
         is_open = bank["open_row"] != CLOSED
         if is_open and due < best_due and not _is_wanted(state, number, bank_number, only, kinds):
             command, best_due = CLOSE, due

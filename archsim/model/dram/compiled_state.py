@@ -13,8 +13,12 @@ from archsim.model.dram.spec import DramSpec
 CLOSED = -1  # no row is open
 NOBODY = 0  # the slot of no request
 NO_KEY = 1 << 62  # its key; the key of others is the number with which they entered
+BANK_BITS = 8  # of a wish: bank, then key, then ROW_BIT, so that the least one goes first
+ROW_BIT = 1 << 44  # it needs an ACT or PRE first
+NO_WISH = 1 << 62
 NO_REQUESTER = 0  # who wants an answer has a number below 0
 READS, WRITES = 0, 1  # kinds of requests; without a write queue, both wait in the first window
+TO_READ, TO_WRITE, TO_ACT, TO_PRE = range(4)  # what a bank may be told; the first two by the kind of request
 
 # What a channel does next.
 PLAN_AGAIN, COLUMN, ROW, CLOSE, REFRESH = range(5)
@@ -26,18 +30,11 @@ LONG_AGO = -(1 << 40)  # of an ACT that there has not been
 
 _BANK_FIELDS = (
     "open_row",  # row in the row buffer, or CLOSED
-    "read",  # earliest RD
-    "write",  # earliest WR
-    "act",  # earliest ACT
-    "pre",  # earliest PRE
     "last_use",  # clock of the last ACT or column command
     "opened",  # clock of the last ACT
     "closed",  # clock of the last PRE
 )
 _CHANNEL_FIELDS = (
-    "read",  # earliest RD
-    "write",  # earliest WR
-    "act",  # earliest ACT
     "last_burst",  # column command of the last request's last burst
     "next_refresh",  # when a REF is due
     "refresh_began",  # when the last REF was due
@@ -80,6 +77,7 @@ CHANNEL = record(
         "num_writes",  # writes in a window
         "plan",  # COLUMN, ROW ...
         "is_strict",  # whether it considers the oldest request only
+        "kinds",  # bit for each kind of request that it considers
         "plan_bank",
         "plan_slot",  # request that it is for
     ),
@@ -97,6 +95,11 @@ class DramState(NamedTuple):
     waiting: np.ndarray  # WAITING [H, 1 + window entries] slots, the first unused
     lists: np.ndarray  # LIST [H, B, 2] waiting READS and WRITES of a bank
     banks: np.ndarray  # BANK [H, B]
+    bounds: np.ndarray  # [H, 4, B] earliest clock of what each bank may be told: RD, WR, ACT, PRE
+    bus: np.ndarray  # [H, 4] the same for all banks of a channel
+    wishes: (
+        np.ndarray
+    )  # [H, 4, B] the first request considered that wants it now, or NO_WISH; see `note_wishes`
     activates: np.ndarray  # [H, 4] clocks of the last four ACT, the oldest first
     channels: np.ndarray  # CHANNEL [H]
     waits: np.ndarray  # REQUEST_WAIT [H] of the request that was answered last
@@ -128,12 +131,16 @@ def new_dram(spec: DramSpec, queue_capacity: int) -> DramState:
     channels["next_refresh"] = refresh
     channels["written"] = channels["last_read"] = LONG_AGO
     channels["free"] = 1
+    channels["kinds"] = 1 << READS if spec.num_write_entries > 0 else 1 << READS | 1 << WRITES
     channels["plan"], channels["plan_due"] = PLAN_AGAIN, refresh
     return DramState(
         queue=new_queues(2 * spec.num_channels, queue_capacity, QUEUED),
         waiting=waiting,
         lists=lists,
         banks=banks,
+        bounds=np.zeros((spec.num_channels, 4, spec.num_banks), np.int64),
+        bus=np.zeros((spec.num_channels, 4), np.int64),
+        wishes=np.full((spec.num_channels, 4, spec.num_banks), NO_WISH),
         activates=np.full((spec.num_channels, ACTIVATES_OF_WINDOW), LONG_AGO, np.int64),
         channels=channels,
         waits=np.zeros(spec.num_channels, REQUEST_WAIT),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from archsim.model.compiled import NEVER, drop_oldest, inlined_step, num_items, oldest, slot_of, step
-from archsim.model.dram.compiled_commands import field_of
+from archsim.model.dram.compiled_commands import field_of, note_wishes
 from archsim.model.dram.compiled_plan import overtakes
 from archsim.model.dram.compiled_state import CLOSED, NO_REQUESTER, NOBODY, PLAN_AGAIN, WRITES
 from archsim.model.dram.compiled_waits import served_at
@@ -111,6 +111,7 @@ def _append(state, number, bank_number, slot):
     requests["last"] = slot
     if requests["hit"] == NOBODY and state.banks[number, bank_number]["open_row"] == waiting["row"]:
         requests["hit"], requests["hit_key"] = slot, waiting["number"]
+    note_wishes(state, number, bank_number)
 
 
 @inlined_step
