@@ -73,6 +73,8 @@ def _forget_old(root: Path, keep: str) -> None:
 os.environ["NUMBA_CACHE_DIR"] = str(_cache_folder())
 
 import numba  # noqa: E402  (the cache folder must be known before numba is imported)
+from llvmlite import ir  # noqa: E402
+from numba.extending import intrinsic, overload  # noqa: E402
 
 numba.config.CACHE_DIR = os.environ["NUMBA_CACHE_DIR"]  # type: ignore[attr-defined]  # if imported before us
 
@@ -90,3 +92,39 @@ def njit(function: Callable[..., Any] | None = None, **options: Any) -> Any:
 # function must not allocate an array, a slice assignment included. Division by zero follows IEEE, not Python.
 compiled = njit(error_model="numpy", _nrt=False)
 inlined = njit(error_model="numpy", _nrt=False, forceinline=True)
+
+
+def num_bits(word: int) -> int:
+    """Bits that are set in a number from 0 up; one instruction in compiled code."""
+    return int(word).bit_count()
+
+
+def lowest_bit(word: int) -> int:
+    """Number of the lowest bit that is set in a number from 1 up; one instruction in compiled code."""
+    return (int(word) & -int(word)).bit_length() - 1
+
+
+@intrinsic
+def _ctpop(_typing: Any, word: Any) -> Any:
+    """LLVM's count of bits."""
+    return numba.int64(numba.int64), lambda _context, builder, _signature, args: builder.ctpop(args[0])
+
+
+@intrinsic
+def _cttz(_typing: Any, word: Any) -> Any:
+    """LLVM's count of trailing zeros."""
+
+    def generate(_context: Any, builder: Any, _signature: Any, args: Any) -> Any:
+        return builder.cttz(args[0], ir.Constant(ir.IntType(1), 1))
+
+    return numba.int64(numba.int64), generate
+
+
+@overload(num_bits, inline="always")
+def _num_bits(word):  # type: ignore[no-untyped-def]
+    return lambda word: _ctpop(word)
+
+
+@overload(lowest_bit, inline="always")
+def _lowest_bit(word):  # type: ignore[no-untyped-def]
+    return lambda word: _cttz(word)

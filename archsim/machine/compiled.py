@@ -233,7 +233,7 @@ def _counters(spec: MachineSpec, machine: Machine, state: State) -> Counters:
     cores, locks = state.core.cores, state.locks.counts[0]
     run, period = state.run[0], spec.core.period_ticks
     stalled = state.core.stalled.copy()
-    stalled[:, STALL_NO_WORK] += run["last_finish"] - cores["after_issue"]
+    stalled[:, STALL_NO_WORK] += run["last_finish"] - cores["next_slot"]
     return Counters(
         cycles=int(run["last_finish"]),
         stalled=stalled,

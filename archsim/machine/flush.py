@@ -28,7 +28,7 @@ def flushed(machine: Any, state: State, cache: int, with_room: Callable[[State],
     """The state with all on its way that the cache writes back, sent in the first cycle in which nothing else is."""
     cycle = drained_cycles(state.run, machine.core.period_ticks, machine.dram.period_ticks)
     one, place = machine.caches[cache], 0
-    state.run[0]["cycle"], state.run[0]["next_core"] = cycle, 0
+    state.run[0]["cycle"] = cycle
     while place < (one["set_mask"] + 1) * one["num_ways"]:
         place = _send_dirty(machine, state, cycle, cache, place)
         state = with_room(state)

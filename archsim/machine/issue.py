@@ -11,7 +11,7 @@ from archsim.machine.waits import IN_PARTS
 from archsim.model.cache.compiled_state import CLEAR, READ, WRITE, Request
 from archsim.model.compiled import NEVER, inlined_step, step
 from archsim.model.core import compiled as core_model
-from archsim.model.core.compiled import NO_TASK
+from archsim.model.core.compiled import NO_TASK, NO_THREAD
 from archsim.model.core.spec import TaskOrder
 from archsim.model.fifo import compiled as fifo_model
 from archsim.model.locks import compiled as locks_model
@@ -19,7 +19,8 @@ from archsim.model.locks.compiled import NOBODY, NOT_HOLDER
 from archsim.model.unit import compiled as unit_model
 from archsim.trace.records import Op
 
-EMPTY, ISSUED, NEEDS_TASKS, BAD_UNLOCK = range(4)  # what became of an issue slot
+PLAYED, NEEDS_TASKS, BAD_UNLOCK = range(3)  # what became of a core that was due
+_NEEDS_TASKS_FIRST = -2  # in place of a thread's place
 
 
 @inlined_step
@@ -40,71 +41,76 @@ def make_task(spec: Machine, state: State, cycle):
     unit_model.start_interval(spec.source, state.source, cycle)
     if core_model.num_idle(state.core) > 0:
         state.fifo.ends[0] = task + 1
-        core_model.hand_to_idle(state.core, task)
+        core_model.hand_to_idle(state.core, cycle, task)
     if task + 1 == state.tasks.num_tasks:
         core_model.retire_idle(state.core)
 
 
 @inlined_step
 def issue(spec: Machine, state: State, cycle, core):
-    """The core's threads that are due wake in `cycle`, and it issues at most one instruction."""
-    core_model.wake_due(state.core, cycle, core)
-    word, bit = core_model.pick(state.core, core)
-    if bit == 0:
-        return EMPTY
-    number = core_model.number_of(state.core, word, bit)
-    thread = state.core.threads[number]
-    if thread["compute_left"] == 0 and thread["op"] == Op.END:
-        word, bit, status = _pass_ends(spec, state, cycle, core, number)
-        if bit == 0:
-            return status
-        number = core_model.number_of(state.core, word, bit)
-        thread = state.core.threads[number]
+    """Let a core that is due in `cycle` catch up, wake threads and do the operation whose turn it is, if it is one's."""
+    core_model.play_to(state.core, core, cycle)
+    core_model.join_woken(state.core, cycle, core)
+    place, turn = core_model.next_in_turn(state.core, core)
+    if place != NO_THREAD and _is_at_end(state, core, place, turn):
+        place, turn = _pass_ends(spec, state, cycle, core, place, turn)
+        if place == _NEEDS_TASKS_FIRST:
+            return NEEDS_TASKS
+    if place != NO_THREAD:
+        number = _number_of(state, core, place)
+        _charge_empty_slots(spec, state, cycle, core, number)
+        if core_model.does_operation(state.core, number, turn):
+            core_model.use_slot(state.core, cycle, core, place, turn)
+            if not _operate(spec, state, cycle, core, number, turn):
+                return BAD_UNLOCK
+    core_model.plan(state.core, core)
+    return PLAYED
 
-    _charge_empty_slots(spec, state, cycle, core, number)
-    core_model.go_round(state.core, core, word, bit)
-    if thread["compute_left"] > 0:
-        thread["compute_left"] -= 1
-        return ISSUED
-    return _operate(spec, state, cycle, core, number)
+
+@inlined_step
+def _number_of(state, core, place):
+    """Number of the core's thread at this place among all cores'."""
+    return np.uint32(state.core.cores[core]["first_thread"] + place)
+
+
+@inlined_step
+def _is_at_end(state, core, place, turn):
+    """Whether the thread has come to the end of its task."""
+    number = _number_of(state, core, place)
+    return state.core.threads[number]["op"] == Op.END and core_model.does_operation(state.core, number, turn)
 
 
 @step
-def _pass_ends(spec, state, cycle, core, number):
-    """Threads at the end of their tasks, `number` first, take others until one can issue: its word and bit, or 0."""
-    while True:
-        if _change_task(spec, state, cycle, core, number) == NEEDS_TASKS:
-            return np.uint32(0), 0, NEEDS_TASKS
-        word, bit = core_model.pick(state.core, core)
-        if bit == 0:
-            return word, bit, EMPTY
-        number = core_model.number_of(state.core, word, bit)
-        thread = state.core.threads[number]
-        if thread["compute_left"] > 0 or thread["op"] != Op.END:
-            return word, bit, ISSUED
+def _pass_ends(spec, state, cycle, core, place, turn):
+    """Threads at the end of their tasks, that at `place` first, take others until one can issue; it and its turn."""
+    while place != NO_THREAD and _is_at_end(state, core, place, turn):
+        if not _change_task(spec, state, cycle, _number_of(state, core, place), turn):
+            return _NEEDS_TASKS_FIRST, turn
+        place, turn = core_model.next_in_turn(state.core, core)
+    return place, turn
 
 
 @inlined_step
 def _charge_empty_slots(spec, state, cycle, core, number):
-    """The core's slots since its last issue were empty for what thread `number` waited for; that of `cycle` is used."""
+    """The core's slots before `cycle` that were not played were empty for what thread `number` waited for."""
     owner, reason = state.core.cores[core], state.core.threads[number]["reason"]
-    first = owner["after_issue"]
+    first = owner["next_slot"]
     if cycle > first:
         counts = state.core.stalled[core]
         if reason == IN_PARTS:
             waits.charge(spec, state, counts, (first, cycle), (number, spec.core_cache[core]))
         else:
             counts[reason] += cycle - first
-    core_model.use_slot(state.core, cycle, core)
+        owner["next_slot"] = cycle
 
 
 @step
-def _change_task(spec, state, cycle, core, number):
-    """Thread `number` finishes its task in `cycle` and takes the next one, idles or retires."""
+def _change_task(spec, state, cycle, number, turn):
+    """Thread `number` finishes its task in `cycle` and takes the next one, idles or retires; False if none is here."""
     thread, run = state.core.threads[number], state.run[0]
     if thread["task"] != NO_TASK:
         thread["task"] = NO_TASK
-        state.core.cores[core]["tasks"] += 1
+        state.core.cores[thread["core"]]["tasks"] += 1
         run["finished"] += 1
         run["last_finish"] = cycle
 
@@ -112,18 +118,19 @@ def _change_task(spec, state, cycle, core, number):
     if state.fifo.ends[1] < state.tasks.num_tasks:
         run["horizon"] = cycle  # the source may go on
     if task == NO_TASK:
-        core_model.park(state.core, thread)
+        core_model.park(state.core, number)
         if state.fifo.ends[1] < state.tasks.num_tasks:
             core_model.join_idle(state.core, number)
-        return EMPTY
+        return True
 
     position = task - state.tasks.first_task
     if position >= len(state.tasks.starts) - 1:
-        return NEEDS_TASKS
+        return False
     _take(spec, state, thread)
     thread["task"] = task
     core_model.read_record(thread, state.tasks.records, state.tasks.starts[position])
-    return EMPTY
+    core_model.go_on(state.core, number, turn)
+    return True
 
 
 @step
@@ -147,35 +154,36 @@ def _take(spec, state, thread):
 
 
 @inlined_step
-def _operate(spec, state, cycle, core, number):
-    """Issue the operation that closes the record of thread `number` in `cycle`."""
+def _operate(spec, state, cycle, core, number, turn):
+    """Issue the operation that closes the record of thread `number` in `cycle`; False if it may not be done."""
     thread = state.core.threads[number]
     cursor, op = thread["cursor"], thread["op"]
     address, num_bytes = state.tasks.records[cursor]["address"], state.tasks.records[cursor]["bytes"]
     core_model.read_record(thread, state.tasks.records, cursor + 1)
+    core_model.go_on(state.core, number, turn + 1)
     if op == Op.LOAD or op == Op.STORE or op == Op.CLEAR:
-        core_model.park(state.core, thread)
+        core_model.park(state.core, number)
         kind = READ if op == Op.LOAD else WRITE if op == Op.STORE else CLEAR
         memory.access(spec, state, cycle, core, Request(address, num_bytes, kind, number))
     elif op == Op.LOCK:
         if not locks_model.take(state.locks, cycle, address, number):
             thread["reason"] = STALL_LOCK
-            core_model.park(state.core, thread)
+            core_model.park(state.core, number)
     elif op == Op.UNLOCK:
         return _unlock(state, cycle, address, number)
     else:
         state.core.cores[core]["emitted"] += 1
-    return ISSUED
+    return True
 
 
 @step
 def _unlock(state, cycle, lock, number):
-    """Thread `number` releases the lock in `cycle`; the next in line goes on a cycle later."""
+    """Thread `number` releases the lock in `cycle`; the next in line goes on a cycle later. False if it has it not."""
     heir = locks_model.release(state.locks, cycle, lock, number)
     if heir == NOT_HOLDER:
         state.run[0]["culprit"] = number
-        return BAD_UNLOCK
+        return False
 
     if heir != NOBODY:
-        core_model.wake_at(state.core, cycle + 1, state.core.threads[heir])
-    return ISSUED
+        core_model.wake_at(state.core, cycle + 1, heir)
+    return True

@@ -9,11 +9,11 @@ from __future__ import annotations
 import numpy as np
 
 from archsim.jit import njit
-from archsim.machine.issue import BAD_UNLOCK, ISSUED, NEEDS_TASKS, issue, make_task, source_due
+from archsim.machine.issue import BAD_UNLOCK, NEEDS_TASKS, PLAYED, issue, make_task, source_due
 from archsim.machine.memory import deliver_due, look_up_due, play_dram
 from archsim.machine.state import Machine, State
 from archsim.model.compiled import NEVER, inlined_step
-from archsim.model.core.compiled import next_wake
+from archsim.model.core.compiled import play_all_to
 
 OVER, NEEDS_ROOM, PAUSED = (
     BAD_UNLOCK + n for n in (1, 2, 3)
@@ -26,31 +26,40 @@ __all__ = ["BAD_UNLOCK", "NEEDS_ROOM", "NEEDS_TASKS", "OVER", "PAUSED", "play"]
 def play(spec: Machine, state: State):
     """Play until the work is over or the caller must help; the status says which."""
     run = state.run[0]
-    cycle, first_core = run["cycle"], run["next_core"]
+    cycle = run["cycle"]
     while cycle != NEVER:
         if run["horizon"] <= cycle:
             if run["pause"] <= cycle:
-                run["cycle"], run["next_core"] = cycle, 0
+                run["cycle"] = cycle
+                play_all_to(state.core, cycle)
                 return PAUSED
             _begin(spec, state, cycle)
-        issued = first_core
-        for core in range(first_core, spec.core.num_cores):
-            status = issue(spec, state, cycle, np.uint32(core))
-            if status > ISSUED:
-                run["cycle"], run["next_core"] = cycle, core
-                return status
-            issued |= status
-        first_core = 0
+        for core in range(spec.core.num_cores):
+            if state.core.due[core] <= cycle:
+                status = issue(spec, state, cycle, np.uint32(core))
+                if status != PLAYED:
+                    run["cycle"] = cycle
+                    return status
 
-        if issued != 0 and run["horizon"] > cycle:
-            cycle += 1
+        due = _next_due(state.core)
+        if run["horizon"] > cycle and run["horizon"] >= due:
+            cycle = due
         else:
             run["cycle"] = cycle
-            cycle = _end(spec, state, cycle, issued != 0)
+            cycle = _end(spec, state, cycle, due)
             if run["needs_room"] != 0 and cycle != NEVER:
-                run["cycle"], run["next_core"] = cycle, 0
+                run["cycle"] = cycle
                 return NEEDS_ROOM
     return OVER
+
+
+@inlined_step
+def _next_due(cores):
+    """The first cycle in which a core is due."""
+    due = NEVER
+    for core in range(len(cores.due)):
+        due = min(due, cores.due[core])
+    return due
 
 
 @inlined_step
@@ -63,17 +72,17 @@ def _begin(spec, state, cycle):
 
 
 @inlined_step
-def _end(spec, state, cycle, any_issue):
-    """Phase 2 of `cycle` and the DRAM's clocks; returns the next cycle in which something can happen, or NEVER."""
+def _end(spec, state, cycle, due):
+    """Phase 2 of `cycle` and the DRAM's clocks; returns the next cycle in which something can happen, or NEVER.
+
+    `due`: the first cycle in which a core is due, before the lookups.
+    """
     run = state.run[0]
     if run["next_lookup"] <= cycle:
         look_up_due(spec, state, cycle)
+        due = _next_due(state.core)
 
-    limit = cycle + 1
-    if not any_issue:
-        limit = max(limit, _next_event(spec, state))
-        limit = next_wake(state.core, cycle, limit)
-    later = play_dram(spec, state, limit)
+    later = play_dram(spec, state, max(cycle + 1, min(_next_event(spec, state), due)))
     dram_ticks = state.dram.next_due[0] * spec.dram.period_ticks
     run["horizon"] = min(min(_next_event(spec, state), run["pause"]), dram_ticks // spec.core.period_ticks)
     return later

@@ -215,7 +215,7 @@ def _answer_hit(state, arrival, cache, requester):
     if requester >= 0:
         thread = state.core.threads[requester]
         thread["reason"] = STALL_MEMORY + AT_CACHE * cache + _LOOKUP
-        core_model.wake_at(state.core, arrival, thread)
+        core_model.wake_at(state.core, arrival, requester)
     else:
         _answer_fetch(state, arrival, cache, requester)
 
@@ -412,4 +412,4 @@ def _wake(state, cycle, level, number):
     thread = state.core.threads[number]
     waits.count_latency(state.waits, level, cycle - state.waits.threads[number]["asked"])
     thread["reason"] = IN_PARTS
-    core_model.wake_now(state.core, thread)
+    core_model.wake_now(state.core, cycle, number)

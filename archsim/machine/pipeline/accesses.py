@@ -55,12 +55,11 @@ def wake(state: State, cycle, requester):
 @inlined_step
 def next_answered(spec: Machine, state: State, requester):
     """The number of an access of the requester that is answered and not yet dealt with, or NOBODY."""
-    word, bit = core_model.pick(state.core, requester)
-    if bit == 0:
+    access = core_model.first_ready(state.core, requester, 0)
+    if access == core_model.NO_THREAD:
         return NOBODY
-    number = core_model.number_of(state.core, word, bit)
-    core_model.park(state.core, state.core.threads[number])
-    return number - requester * spec.core.num_threads
+    core_model.park(state.core, number_of(spec, requester, access))
+    return access
 
 
 @step
