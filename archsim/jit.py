@@ -121,10 +121,10 @@ def _cttz(_typing: Any, word: Any) -> Any:
 
 
 @overload(num_bits, inline="always")
-def _num_bits(word):  # type: ignore[no-untyped-def]
-    return lambda word: _ctpop(word)
+def _num_bits(word):  # without types: numba wants the parameters of both to be alike
+    return lambda word: _ctpop(word)  # type: ignore[call-arg]
 
 
 @overload(lowest_bit, inline="always")
-def _lowest_bit(word):  # type: ignore[no-untyped-def]
-    return lambda word: _cttz(word)
+def _lowest_bit(word):
+    return lambda word: _cttz(word)  # type: ignore[call-arg]

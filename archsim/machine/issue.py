@@ -48,7 +48,7 @@ def make_task(spec: Machine, state: State, cycle):
 
 @inlined_step
 def issue(spec: Machine, state: State, cycle, core):
-    """Let a core that is due in `cycle` catch up, wake threads and do the operation whose turn it is, if it is one's."""
+    """Let a core that is due in `cycle` catch up, wake threads, and do the operation whose turn it may be."""
     core_model.play_to(state.core, core, cycle)
     core_model.join_woken(state.core, cycle, core)
     place, turn = core_model.next_in_turn(state.core, core)

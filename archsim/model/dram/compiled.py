@@ -40,6 +40,7 @@ __all__ = [
 ]
 
 _IDEAL = int(Scheduler.IDEAL)
+_CHANNEL_BITS = 12  # of a clock and a channel in one integer
 
 
 @inlined_step
@@ -185,13 +186,11 @@ def _serve_first(spec, state, clock, number):
 
 @inlined_step
 def _find_next_due(state):
-    """Find out which channel is due first; of several the first."""
-    first, first_due = 0, state.due[0]
-    for number in range(1, len(state.due)):
-        due = state.due[number]
-        first = number if due < first_due else first
-        first_due = min(first_due, due)
-    state.next_due[0], state.next_due[1] = first_due, first
+    """Find out which channel is due first; of several the first: the least of clock, then channel, in one integer."""
+    first = NEVER << _CHANNEL_BITS
+    for number in range(len(state.due)):
+        first = min(first, (state.due[number] << _CHANNEL_BITS) + number)
+    state.next_due[0], state.next_due[1] = first >> _CHANNEL_BITS, first & ((1 << _CHANNEL_BITS) - 1)
 
 
 @inlined_step

@@ -29,8 +29,8 @@ from archsim.model.dram.compiled_state import (
 from archsim.model.dram.spec import PagePolicy, Scheduler
 
 _OPEN_PAGE, _TIMEOUT, _FCFS = int(PagePolicy.OPEN), int(PagePolicy.TIMEOUT), int(Scheduler.FCFS)
-_WAIT_SHIFT = 45  # of a candidate: what may issue first comes first
-_FAR = 1 << 16  # clocks; whoever must wait longer is looked at again then
+_WAIT_SHIFT = 50  # of a candidate: what may issue first comes first
+_FAR = 1 << 12  # clocks; whoever must wait longer is looked at again then
 
 
 @inlined_step

@@ -13,8 +13,10 @@ from archsim.model.dram.spec import DramSpec
 CLOSED = -1  # no row is open
 NOBODY = 0  # the slot of no request
 NO_KEY = 1 << 62  # its key; the key of others is the number with which they entered
-BANK_BITS = 8  # of a wish: bank, then key, then ROW_BIT, so that the least one goes first
-ROW_BIT = 1 << 44  # it needs an ACT or PRE first
+BANK_BITS = (
+    12  # of a wish: bank, then key (2**37 requests of a channel), then ROW_BIT; the least wish goes first
+)
+ROW_BIT = 1 << 49  # it needs an ACT or PRE first
 NO_WISH = 1 << 62
 NO_REQUESTER = 0  # who wants an answer has a number below 0
 READS, WRITES = 0, 1  # kinds of requests; without a write queue, both wait in the first window
