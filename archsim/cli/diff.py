@@ -11,7 +11,7 @@ from rich.table import Table
 
 from archsim.cli.edge import FAILED_CHECK
 from archsim.report.differences import Differences, differences
-from archsim.report.formats import number, percent
+from archsim.report.formats import number, percent, setting
 from archsim.run.folder import as_json, load_folder
 
 
@@ -31,7 +31,7 @@ def _print(found: Differences, names: tuple[str, str], limit: int) -> None:
     if found.config:
         table = _table("Configuration", "key", names)
         for key, left, right in found.config:
-            table.add_row(key, str(left), str(right))
+            table.add_row(key, setting(left), setting(right))
         console.print(table)
     if found.statistics:
         table = _table("Statistics, the largest change first", "statistic", names)

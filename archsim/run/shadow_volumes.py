@@ -93,7 +93,7 @@ def update_map(drawn: Variant, tile: int) -> dict[str, np.ndarray]:
     updates = np.where(drawn.updates > 0, drawn.updates / tile**2, np.nan).astype(np.float32)
     height, width = drawn.shadow.shape
     spread = updates.repeat(tile, axis=0).repeat(tile, axis=1)[:height, :width]
-    return {"Stencil updates a pixel, tile by tile; grey: none": spread}
+    return {"Stencil updates a pixel, tile by tile; grey: none [updates]": spread}
 
 
 def play_on_pipeline(config: MachineConfig, view: View, traffic: Traffic, how: Playing) -> Played:
