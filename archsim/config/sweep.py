@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Discriminator, Field, Tag, model_validator
 
 from archsim.config.section import Finding, Name, Section, report
 
@@ -15,11 +15,24 @@ Path_ = Annotated[str, Field(pattern=r"^[^\s=.]+(\.[^\s=.]+)*$")]  # dotted; {a,
 Whole = Annotated[int, Field(ge=0, le=2**32 - 1)]
 
 
+def _number_tag(value: Any) -> str:
+    return "<int>" if isinstance(value, int) else "<float>"
+
+
+def _drawn_tag(value: Any) -> str:
+    return "<RangeConfig>" if isinstance(value, dict | Section) else "<list>"
+
+
+Number = Annotated[
+    Annotated[int, Tag("<int>")] | Annotated[float, Tag("<float>")], Discriminator(_number_tag)
+]
+
+
 class RangeConfig(Section):
     """Numbers between two bounds, both included."""
 
-    low: int | float  # the smallest
-    high: int | float  # the largest
+    low: Number  # the smallest
+    high: Number  # the largest
     scale: Literal["linear", "powers_of_two"] = "linear"  # powers_of_two: low times 1, 2, 4 ...
 
     @model_validator(mode="after")
@@ -33,14 +46,17 @@ class RangeConfig(Section):
         return self
 
 
+Drawn = Annotated[
+    Annotated[RangeConfig, Tag("<RangeConfig>")] | Annotated[Values, Tag("<list>")], Discriminator(_drawn_tag)
+]
+
+
 class RandomConfig(Section):
     """Points drawn at random; the same seed draws the same points."""
 
     count: Annotated[int, Field(ge=1, le=100_000)]  # points
     seed: Whole  # of the draws
-    values: Annotated[
-        dict[Path_, RangeConfig | Values], Field(min_length=1)
-    ]  # a list to choose from, or a range
+    values: Annotated[dict[Path_, Drawn], Field(min_length=1)]  # a list to choose from, or a range
 
 
 class BlockConfig(Section):
@@ -75,7 +91,7 @@ class SweepConfig(Section):
     """A sweep."""
 
     name: Name  # what the sweep is called; names its folder
-    run: str  # the run that every point starts from: a file, or a packaged one such as runs/tiny.yaml
+    run: str  # the run that every point starts from: a file, or the name of a packaged one
     set: dict[Path_, Any] = Field(default_factory=dict)  # for every point
     parameters: Annotated[
         tuple[BlockConfig, ...], Field(strict=False, min_length=1, max_length=100)
