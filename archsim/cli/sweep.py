@@ -9,10 +9,10 @@ from typing import Any
 import pandas as pd
 import typer
 from rich import box
-from rich.console import Console
 from rich.table import Table
 
 from archsim.cli.configs import find_config
+from archsim.cli.console import terminal
 from archsim.cli.edge import FAILED_CHECK
 from archsim.cli.watch import LiveTable
 from archsim.config import load_sweep, run_path
@@ -144,7 +144,7 @@ def _print_frame(title: str, frame: pd.DataFrame) -> None:
         table.add_column(head, justify="right" if numeric else "left", no_wrap=True)
     for row in frame.itertuples(index=False):
         table.add_row(*(number(_plain(value)) for value in row))
-    console = Console()
+    console = terminal()
     console.width = max(
         console.width, console.measure(table, options=console.options.update(width=10_000)).maximum
     )

@@ -12,6 +12,7 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
+from archsim.cli.console import terminal
 from archsim.sweep.job import Done
 
 _SHOWN_FAILURES = 5
@@ -21,7 +22,7 @@ class LiveTable:
     """A `sweep.watch.Watch`. Use as a context manager; silent when stderr is not a terminal."""
 
     def __init__(self, console: Console | None = None) -> None:
-        self._console = console or Console(stderr=True)
+        self._console = console or terminal(stderr=True)
         self._live = Live(console=self._console, auto_refresh=False, transient=True)
         self._running: dict[int, tuple[str, float]] = {}
         self._failures: list[str] = []

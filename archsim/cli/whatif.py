@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from rich import box
-from rich.console import Console
 from rich.table import Table
 
 from archsim.cli.configs import find_run
+from archsim.cli.console import terminal
 from archsim.cli.watch import LiveTable
 from archsim.config import load_run, resolved_yaml
 from archsim.report.formats import number
@@ -58,7 +58,7 @@ def _cycles(folder: Path) -> list[Mapping[str, float] | None]:
 
 
 def _print(found: list[Outcome], failed: int) -> None:
-    console = Console()
+    console = terminal()
     single = [outcome for outcome in found if len(outcome.ideas) < 2]
     console.print(_table("What if there were", single))
     if len(single) < len(found):
