@@ -13,6 +13,7 @@ from archsim.report.formats import number, percent, setting, words
         (19.923, "19.92"),
         (0.00012345, "0.0001234"),
         (1024.0, "1,024"),
+        (3610.4, "3,610"),
         (5.0, "5"),
         ([75, 118], "75 - 118"),
         (True, "yes"),
