@@ -6,12 +6,11 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag, model_validator
 
-from archsim.config.section import Finding, Name, Section, report
+from archsim.config.section import DottedPath, Finding, Name, Section, report
 
 KINDS = ("grid", "zip", "list", "random")
 
 Values = Annotated[tuple[Any, ...], Field(strict=False, min_length=1, max_length=10_000)]
-Path_ = Annotated[str, Field(pattern=r"^[^\s=.]+(\.[^\s=.]+)*$")]  # dotted; {a,b} stands for several keys
 Whole = Annotated[int, Field(ge=0, le=2**32 - 1)]
 
 
@@ -56,17 +55,17 @@ class RandomConfig(Section):
 
     count: Annotated[int, Field(ge=1, le=100_000)]  # points
     seed: Whole  # of the draws
-    values: Annotated[dict[Path_, Drawn], Field(min_length=1)]  # a list to choose from, or a range
+    values: Annotated[dict[DottedPath, Drawn], Field(min_length=1)]  # a list to choose from, or a range
 
 
 class BlockConfig(Section):
     """One block of parameters. The points of a sweep are the product of its blocks, in order."""
 
-    grid: Annotated[dict[Path_, Values], Field(min_length=1)] | None = None  # all combinations
-    zip: Annotated[dict[Path_, Values], Field(min_length=1)] | None = (
+    grid: Annotated[dict[DottedPath, Values], Field(min_length=1)] | None = None  # all combinations
+    zip: Annotated[dict[DottedPath, Values], Field(min_length=1)] | None = (
         None  # first with first, second with second
     )
-    list: Annotated[tuple[dict[Path_, Any], ...], Field(strict=False, min_length=1)] | None = (
+    list: Annotated[tuple[dict[DottedPath, Any], ...], Field(strict=False, min_length=1)] | None = (
         None  # one by one
     )
     random: RandomConfig | None = None  # drawn
@@ -92,7 +91,7 @@ class SweepConfig(Section):
 
     name: Name  # what the sweep is called; names its folder
     run: str  # the run that every point starts from: a file, or the name of a packaged one
-    set: dict[Path_, Any] = Field(default_factory=dict)  # for every point
+    set: dict[DottedPath, Any] = Field(default_factory=dict)  # for every point
     parameters: Annotated[
         tuple[BlockConfig, ...], Field(strict=False, min_length=1, max_length=100)
     ]  # blocks
