@@ -40,7 +40,9 @@ def sweep_report(folder: Path) -> str:
         title=index.name,
         subtitle=f"A sweep of {len(table)} points over {len(parameters)} parameters",
         counts=table["status"].value_counts().to_dict(),
-        cards=[Card(points[metric].min(), units.get(metric, ""), metric) for metric in statistics],
+        cards=[
+            Card(amounts(points, metric).min().item(), units.get(metric, ""), metric) for metric in statistics
+        ],
         metrics=metrics,
         sensitivities=[
             (metric, finding(points, parameters, metric), _records(sensitivity(table, parameters, metric)))
