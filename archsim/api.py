@@ -12,21 +12,24 @@ from typing import Any, NamedTuple
 import pandas as pd
 
 from archsim.cli.configs import find_config, find_run
-from archsim.config import RunConfig, SweepConfig, load_run, load_sweep, resolved_yaml
+from archsim.config import RunConfig, load_run, load_sweep, resolved_yaml, run_path, sweep_of
+from archsim.errors import fail
 from archsim.report.comparison_page import comparison_report
+from archsim.report.reproduction_page import reproduction_report
 from archsim.report.run_page import run_report
 from archsim.report.sweep_page import sweep_report
 from archsim.reproduce.cells import Cell
 from archsim.reproduce.papers import paper_named
+from archsim.reproduce.reproduction import Reproduction, Row
 from archsim.run import simulate as simulate_run
-from archsim.run.folder import load_folder, write_whole
-from archsim.run.manifest import make_manifest
+from archsim.run.folder import load_folder, plain, write_whole
+from archsim.run.manifest import common_manifest, make_manifest
 from archsim.run.progress import Progress, silent
 from archsim.run.result import Result
 from archsim.sweep.analysis import finished, pareto_front, sensitivity
 from archsim.sweep.expand import overrides as override_texts
 from archsim.sweep.plan import make_plan
-from archsim.sweep.start import run_path, run_sweep
+from archsim.sweep.start import run_sweep
 from archsim.sweep.store import INDEX, check_folder
 from archsim.sweep.table import load_table, metrics_of, parameters_of, write_table
 from archsim.sweep.watch import SilentWatch
@@ -81,8 +84,16 @@ class Reproduced(NamedTuple):
     """A paper's tables: printed and ours."""
 
     paper: str
-    cells: list[Cell]
-    rows: Mapping[str, Any]  # the simulated runs by name
+    found: Reproduction
+
+    @property
+    def cells(self) -> list[Cell]:
+        return self.found.cells
+
+    @property
+    def rows(self) -> Mapping[str, Row]:
+        """The simulated runs by name."""
+        return self.found.rows
 
     def frame(self) -> pd.DataFrame:
         """A row for each cell of the paper's tables."""
@@ -99,7 +110,9 @@ def load(run: str | Path, changes: Changes = ()) -> RunConfig:
 
 
 def simulate(run: RunConfig | str | Path, changes: Changes = (), progress: Progress = silent) -> Simulated:
-    """Simulate a run: a configuration, a file, or a packaged run's name."""
+    """Simulate a run: a configuration, a file, or a packaged run's name; of the latter two with changes."""
+    if isinstance(run, RunConfig) and changes:
+        raise fail("a loaded configuration takes no changes", hint="give them to archsim.load")
     config = run if isinstance(run, RunConfig) else load(run, changes)
     return Simulated(config, simulate_run(config, progress))
 
@@ -110,11 +123,12 @@ def sweep(file: str | Path | Mapping[str, Any], out: str | Path | None = None, j
     With `jobs` above 1 other processes do the work; a script needs `if __name__ == "__main__":` then.
     """
     if isinstance(file, Mapping):
-        config, run = SweepConfig.model_validate(dict(file)), find_run(str(file["run"]))
+        config = sweep_of(plain(file))
+        run = find_run(config.run)
     else:
         path = Path(find_config("sweeps", str(file)))
         config = load_sweep(path)
-        run = run_path(config, path)
+        run = run_path(config.run, path.parent)
     folder = Path(out) if out is not None else Path("runs") / f"sweep-{config.name}"
     check_folder(folder)
     plan = make_plan(config, run)
@@ -126,22 +140,36 @@ def sweep(file: str | Path | Mapping[str, Any], out: str | Path | None = None, j
 
 def reproduce(paper: str = "johnson2004", progress: Progress = silent) -> Reproduced:
     """Simulate what a paper's tables are about; other processes do the work, see `sweep`."""
-    found = paper_named(paper).reproduce(progress)
-    return Reproduced(paper, found.cells, found.rows)
+    return Reproduced(paper, paper_named(paper).reproduce(progress))
 
 
-def report(what: Simulated | Swept | Sequence[str | Path], out: str | Path) -> Path:
-    """Write the HTML page of a run or sweep, or of several run folders side by side; returns its path."""
+def report(what: Simulated | Swept | Reproduced | str | Path | Sequence[str | Path], out: str | Path) -> Path:
+    """Write the HTML page of a run, sweep or reproduction, or of several run folders side by side; returns its path."""
     if isinstance(what, Simulated):
         page = _run_page(what)
     elif isinstance(what, Swept):
         page = sweep_report(what.folder)
+    elif isinstance(what, Reproduced):
+        page = _reproduction_page(what)
     else:
-        folders = [Path(folder) for folder in what]
-        is_sweep = len(folders) == 1 and (folders[0] / INDEX).is_file()
-        page = sweep_report(folders[0]) if is_sweep else comparison_report([load_folder(f) for f in folders])
+        page = _page_of_folders(
+            [Path(folder) for folder in ([what] if isinstance(what, str | Path) else what)]
+        )
     write_whole(Path(out), page)
     return Path(out)
+
+
+def _page_of_folders(folders: list[Path]) -> str:
+    if len(folders) == 1 and (folders[0] / INDEX).is_file():
+        return sweep_report(folders[0])
+    return comparison_report([load_folder(folder) for folder in folders])
+
+
+def _reproduction_page(what: Reproduced) -> str:
+    results = {name: row.result for name, row in what.rows.items()}
+    seconds = sum(row.wall_seconds for row in what.rows.values())
+    manifest = common_manifest(["archsim.reproduce"], seconds)
+    return reproduction_report(paper_named(what.paper).PAPER, what.found, results, manifest)
 
 
 def _run_page(run: Simulated) -> str:

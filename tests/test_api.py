@@ -51,6 +51,8 @@ def test_a_run_is_loaded_and_simulated():
     assert archsim.simulate("tiny", ["scene.resolution=[16, 12]"]).result.ok
     with pytest.raises(ArchsimError, match="did you mean 'tiny'"):
         archsim.load("tinny")
+    with pytest.raises(ArchsimError, match="a loaded configuration takes no changes"):
+        archsim.simulate(config, SMALL)
 
 
 def test_a_sweep_gives_a_table_and_its_answers():
@@ -61,6 +63,8 @@ def test_a_sweep_gives_a_table_and_its_answers():
     assert swept.sensitivity("izb_build.cycles")["parameter"][0]
     assert "1 KiB" in swept._repr_html_()
     assert archsim.sweep(SWEEP, out="out").table.equals(swept.table)
+    with pytest.raises(ArchsimError, match="unknown key 'metric'; did you mean 'metrics'"):
+        archsim.sweep({**SWEEP, "metric": ["izb_build.cycles"]})
 
 
 def test_pages_are_written_for_runs_and_sweeps():
@@ -71,6 +75,7 @@ def test_pages_are_written_for_runs_and_sweeps():
         archsim.report(archsim.simulate("tiny", SMALL), "run.html"),
         archsim.report(swept, "sweep.html"),
         archsim.report(["out"], "again.html"),
+        archsim.report("out", "once_more.html"),
         archsim.report(points[:2], "points.html"),
     ]
 
@@ -87,5 +92,6 @@ def test_a_reproduction_has_its_cells_as_a_frame(monkeypatch):
 
     assert found.frame()["ours"].tolist() == [26000000]
     assert "26000000" in found._repr_html_()
+    assert "26,107,800" in archsim.report(found, "paper.html").read_text()
     with pytest.raises(ArchsimError, match="did you mean 'johnson2004'"):
         archsim.reproduce("jonson2004")

@@ -7,11 +7,11 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
-from rich.console import Console
 from rich.table import Table
 
 from archsim.cli.bars import Bars
 from archsim.cli.configs import find_config, find_run
+from archsim.cli.console import terminal
 from archsim.cli.run import report_failed
 from archsim.config import MachineConfig, load_machine, load_run
 from archsim.config.components import CoreConfig
@@ -45,7 +45,7 @@ def info(file: Path, form: str, json_only: bool) -> None:
     table.add_column(justify="right")
     for name, value in summary._asdict().items():
         table.add_row(words(name), hex(value) if name.endswith("_address") else number(value))
-    Console().print(table)
+    terminal().print(table)
 
 
 class Where(NamedTuple):
@@ -163,7 +163,7 @@ def _print_replay(found: Replay) -> None:
         table.add_row(words(name), number(value), units.get(name, ""))
     for bucket in found.latency:
         table.add_row(f"reads of {bucket.least} to {bucket.most} clocks", number(bucket.reads), "reads")
-    Console().print(table)
+    terminal().print(table)
 
 
 def export_run(

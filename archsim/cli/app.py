@@ -117,11 +117,15 @@ def _diff(
     ] = 0.0,
     limit: Annotated[int, typer.Option("--limit", min=0, help="Statistics to print; 0: all.")] = 20,
     as_json: Json = False,
+    page: Annotated[
+        Path | None,
+        typer.Option("--out", metavar="FILE", help="Write them as a page, too, images side by side."),
+    ] = None,
 ) -> None:
     """Print in what two runs differ; exit code 0 if their results are equal, 1 if not."""
-    from archsim.cli.diff import diff
+    from archsim.cli.diff import Shown, diff
 
-    diff(left, right, tolerance, limit, as_json)
+    diff(left, right, tolerance, Shown(limit, as_json, page))
 
 
 @app.command("whatif")

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from rich import box
-from rich.console import Console
 from rich.table import Table
 
 from archsim.bench import measure
 from archsim.cli.bars import Bars
+from archsim.cli.console import terminal
 from archsim.report.formats import number
 from archsim.run.folder import as_json
 
@@ -26,4 +26,4 @@ def bench(json_only: bool) -> None:
     table.add_column("unit")
     for row in rows:
         table.add_row(row.name, number(row.value), row.unit)
-    Console().print(table)
+    terminal().print(table)

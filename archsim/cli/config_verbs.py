@@ -20,7 +20,7 @@ def _config_check(
     files: Annotated[list[str], typer.Argument(metavar="FILE...")],
     overrides: Overrides = None,
 ) -> None:
-    """Check runs, their parts, or sweeps; every problem is one line of file:line:column."""
+    """Check runs, their parts, sweeps or walkthroughs; every problem is one line of file:line:column."""
     from archsim.cli.configs import check
 
     check(files, overrides or [])
@@ -56,7 +56,7 @@ def _config_explain(
 @config_app.command("schema")
 @at_the_edge
 def _config_schema(
-    part: Annotated[str, typer.Argument(metavar="[run|machine|scene|workload|sweep]")] = "run",
+    part: Annotated[str, typer.Argument(metavar="[run|machine|scene|workload|sweep|walkthrough]")] = "run",
 ) -> None:
     """Print the JSON Schema of a configuration file, for completion and checks in an editor."""
     from archsim.cli.configs import print_schema

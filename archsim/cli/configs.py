@@ -53,7 +53,8 @@ def print_schema(part: str) -> None:
 def find_run(name: str) -> str:
     """The path of a run configuration, as `find_config` does it; of the folder of a finished run, what it was."""
     kept = Path(name) / "config.yaml"
-    return str(kept) if "/" in name and kept.is_file() else find_config("runs", name)
+    is_packaged = "/" not in name and resources.config("runs", name).is_file()
+    return str(kept) if kept.is_file() and not is_packaged else find_config("runs", name)
 
 
 def find_config(kind: str, name: str) -> str:

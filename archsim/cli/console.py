@@ -22,6 +22,11 @@ _WIDE, _WIDE_ROW = (
 _COLOURS = {"good": "blue", "fair": "yellow", "poor": "red", "none": "dim"}
 
 
+def terminal(stderr: bool = False) -> Console:
+    """A console that prints text as it is: the [cycles] of a unit are no markup."""
+    return Console(stderr=stderr, markup=False)
+
+
 def print_summary(result: Result) -> None:
     """The headline numbers on stdout."""
     table = Table(title=result.name, title_justify="left", show_header=False, pad_edge=False, box=None)
@@ -30,12 +35,12 @@ def print_summary(result: Result) -> None:
     table.add_column()
     for item in headlines(result):
         table.add_row(words(item.label), number(item.value), item.unit)
-    Console().print(table)
+    terminal().print(table)
 
 
 def print_tables(views: Sequence[TableView]) -> None:
     """A paper's tables on stdout: its rows side by side where the terminal is wide enough."""
-    console = Console()
+    console = terminal()
     for view in views:
         title = f"Table {view.number}. {view.title}"
         wide = console.width >= _WIDE + _WIDE_ROW * len(view.rows)

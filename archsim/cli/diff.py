@@ -3,35 +3,50 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import NamedTuple
 
 import typer
 from rich import box
-from rich.console import Console
 from rich.table import Table
 
+from archsim.cli.console import terminal
 from archsim.cli.edge import FAILED_CHECK
+from archsim.report.comparison_page import comparison_report
 from archsim.report.differences import Differences, differences
-from archsim.report.formats import number, percent
-from archsim.run.folder import as_json, load_folder
+from archsim.report.formats import number, percent, setting
+from archsim.run.folder import as_json, load_folder, write_whole
 
 
-def diff(left: Path, right: Path, tolerance_percent: float, limit: int, json_only: bool) -> None:
+class Shown(NamedTuple):
+    """How the differences are shown."""
+
+    limit: int  # statistics to print; 0: all
+    as_json: bool
+    page: Path | None  # to write, the images side by side
+
+
+def diff(left: Path, right: Path, tolerance_percent: float, shown: Shown) -> None:
     """Print in what two runs differ. Exit code 1 if their results do by more than the tolerance."""
-    found = differences(load_folder(left), load_folder(right))
-    if json_only:
+    runs = load_folder(left), load_folder(right)
+    found = differences(*runs)
+    if shown.page is not None:
+        write_whole(shown.page, comparison_report(runs))
+    if shown.as_json:
         print(as_json(_plain(found)), end="")
     else:
-        _print(found, (str(left), str(right)), limit)
+        _print(found, (str(left), str(right)), shown.limit)
+        if shown.page is not None:
+            print(f"written to {shown.page}")
     if found.matter(tolerance_percent):
         raise typer.Exit(FAILED_CHECK)
 
 
 def _print(found: Differences, names: tuple[str, str], limit: int) -> None:
-    console = Console()
+    console = terminal()
     if found.config:
         table = _table("Configuration", "key", names)
         for key, left, right in found.config:
-            table.add_row(key, str(left), str(right))
+            table.add_row(key, setting(left), setting(right))
         console.print(table)
     if found.statistics:
         table = _table("Statistics, the largest change first", "statistic", names)

@@ -34,7 +34,7 @@ def at_the_edge(command: Callable[..., None]) -> Callable[..., None]:
             _mute_stdout()
         except OSError as error:  # a full disk, a device that is gone
             _mute_stdout()
-            print(f"cannot write: {error.strerror or error}", file=sys.stderr)
+            print(f"{error.filename or 'cannot write'}: {error.strerror or error}", file=sys.stderr)
             raise typer.Exit(BAD_INPUT) from None
 
     return guarded

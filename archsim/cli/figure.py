@@ -7,10 +7,10 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from rich.console import Console
 from rich.table import Table
 
 from archsim.cli.bars import Bars
+from archsim.cli.console import terminal
 from archsim.errors import fail
 from archsim.report.figures import quality_plot
 from archsim.report.formats import number
@@ -57,7 +57,7 @@ def _print(title: str, points: Sequence[Point]) -> None:
     table.add_column("L2 error", justify="right")
     for point in points:
         table.add_row(point.method, number(point.num_samples), f"{point.l2:.5f}")
-    Console().print(table)
+    terminal().print(table)
 
 
 def _points_json(points: Sequence[Point]) -> str:

@@ -4,27 +4,28 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 import typer
 from rich import box
-from rich.console import Console
 from rich.table import Table
 
 from archsim.cli.configs import find_config
+from archsim.cli.console import terminal
 from archsim.cli.edge import FAILED_CHECK
 from archsim.cli.watch import LiveTable
-from archsim.config import load_sweep
-from archsim.errors import fail
+from archsim.config import load_sweep, run_path
+from archsim.errors import Location, fail
 from archsim.report.formats import number
 from archsim.report.sweep_page import sweep_report
 from archsim.run.folder import write_whole
 from archsim.sweep.analysis import finding, finished, knee, pareto_front, sensitivity
 from archsim.sweep.conduct import Tally
 from archsim.sweep.plan import Point, make_plan, shard
-from archsim.sweep.start import run_path, run_sweep
+from archsim.sweep.start import run_sweep
 from archsim.sweep.store import check_folder, read_index
-from archsim.sweep.table import load_table, metrics_of, parameters_of, write_table
+from archsim.sweep.table import check_metrics, load_table, metrics_of, parameters_of, write_table
 from archsim.sweep.workers import DaskWorkers, LocalWorkers, Workers
 
 
@@ -33,7 +34,7 @@ def sweep(file: str, out: Path | None, workers: tuple[int, str | None], part: st
     path = Path(find_config("sweeps", file))
     config = load_sweep(path)
     index, count = parse_shard(part)
-    plan = make_plan(config, run_path(config, path))
+    plan = make_plan(config, run_path(config.run, path.parent))
     mine = shard(plan, index, count)
     if dry_run:
         _print_plan(plan, mine)
@@ -47,6 +48,7 @@ def sweep(file: str, out: Path | None, workers: tuple[int, str | None], part: st
     write_whole(folder / "report.html", sweep_report(folder))
     _print_findings(folder)
     _print_tally(folder, tally)
+    check_metrics(folder, load_table(folder))
 
 
 def show_table(folder: Path, form: str, out: Path | None) -> None:
@@ -67,7 +69,7 @@ def show_table(folder: Path, form: str, out: Path | None) -> None:
 def show_pareto(folder: Path, minimize: list[str]) -> None:
     """The points that no other point beats, the knee marked."""
     table = load_table(folder)
-    columns = minimize or metrics_of(folder, table)
+    columns = minimize or _metrics(folder, table)
     front = pareto_front(table, columns)
     best = knee(front, columns)
     shown = front[list(dict.fromkeys([*parameters_of(folder), *columns]))].copy()
@@ -78,9 +80,17 @@ def show_pareto(folder: Path, minimize: list[str]) -> None:
 def show_sensitivity(folder: Path, metric: str | None) -> None:
     """Which parameter moves a statistic most."""
     table = load_table(folder)
-    chosen = metric or metrics_of(folder, table)[0]
+    chosen = metric or _metrics(folder, table)[0]
     _print_frame(f"What moves {chosen}", sensitivity(table, parameters_of(folder), chosen))
     print(finding(table, parameters_of(folder), chosen))
+
+
+def _metrics(folder: Path, table: pd.DataFrame) -> list[str]:
+    """The sweep's metrics. ArchsimError if no point has a result, or one of them is in none."""
+    check_metrics(folder, table)
+    if not len(finished(table)):
+        raise fail("no point has a result", Location(str(folder)))
+    return metrics_of(folder, table)
 
 
 def parse_shard(text: str) -> tuple[int, int]:
@@ -126,14 +136,23 @@ def _print_tally(folder: Path, tally: Tally) -> None:
 
 
 def _print_frame(title: str, frame: pd.DataFrame) -> None:
+    """A table whose rows stay on a line each, however wide; names break at their dots."""
     table = Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False)
     for name in frame.columns:
         numeric = pd.api.types.is_numeric_dtype(frame[name])
-        table.add_column(str(name), justify="right" if numeric else "left", overflow="fold")
+        head = str(name).replace(".", ".\n")
+        table.add_column(head, justify="right" if numeric else "left", no_wrap=True)
     for row in frame.itertuples(index=False):
         table.add_row(*(number(_plain(value)) for value in row))
-    Console().print(table)
+    console = terminal()
+    console.width = max(
+        console.width, console.measure(table, options=console.options.update(width=10_000)).maximum
+    )
+    console.print(table)
 
 
-def _plain(value: object) -> object:
+def _plain(value: Any) -> Any:
+    """The value as Python has it; None where there is none."""
+    if pd.isna(value):
+        return None
     return value.item() if hasattr(value, "item") else value

@@ -12,6 +12,7 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
+from archsim.cli.console import terminal
 from archsim.sweep.job import Done
 
 _SHOWN_FAILURES = 5
@@ -21,7 +22,7 @@ class LiveTable:
     """A `sweep.watch.Watch`. Use as a context manager; silent when stderr is not a terminal."""
 
     def __init__(self, console: Console | None = None) -> None:
-        self._console = console or Console(stderr=True)
+        self._console = console or terminal(stderr=True)
         self._live = Live(console=self._console, auto_refresh=False, transient=True)
         self._running: dict[int, tuple[str, float]] = {}
         self._failures: list[str] = []
@@ -61,14 +62,14 @@ class LiveTable:
         """What is shown now."""
         now = time.monotonic()
         jobs = Table(box=box.SIMPLE_HEAD, pad_edge=False, expand=True)
-        jobs.add_column("running", no_wrap=True, overflow="ellipsis", ratio=1)
+        jobs.add_column("running", overflow="fold", ratio=1)
         jobs.add_column("seconds", justify="right")
         for what, began in self._running.values():
             jobs.add_row(what, f"{now - began:.1f}")
         finished = self._found + self._done
         bar = ProgressBar(total=max(self._points, 1), completed=finished, width=40)
         failures = [Text(text, style="red") for text in self._failures[-_SHOWN_FAILURES:]]
-        return Group(jobs, bar, Text(self._line(now, finished)), *failures)
+        return Group(jobs, bar, Text(f" {self._line(now, finished)}"), *failures)
 
     def _line(self, now: float, finished: int) -> str:
         left = (self._points - finished) * (now - self._began) / self._done if self._done else None

@@ -6,17 +6,17 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from rich import box
-from rich.console import Console
 from rich.table import Table
 
 from archsim.cli.configs import find_run
+from archsim.cli.console import terminal
 from archsim.cli.watch import LiveTable
 from archsim.config import load_run, resolved_yaml
 from archsim.report.formats import number
 from archsim.run.folder import as_json, write_whole
 from archsim.sweep.plan import make_plan
 from archsim.sweep.start import run_sweep
-from archsim.sweep.store import check_folder
+from archsim.sweep.store import BASE, check_folder
 from archsim.sweep.table import load_table, write_table
 from archsim.sweep.whatif import Outcome, outcomes, whatif_sweep
 from archsim.sweep.workers import LocalWorkers
@@ -30,7 +30,7 @@ def whatif(run: str, overrides: list[str], out: Path | None, jobs: int, how: tup
     config = load_run(find_run(run), overrides)
     folder = out or Path("runs") / f"whatif-{config.name}"
     check_folder(folder)
-    base = folder / "run.yaml"
+    base = folder / BASE
     write_whole(base, resolved_yaml(config))
     sweep, chosen = whatif_sweep(config, str(base), pairs)
     plan = make_plan(sweep, str(base))
@@ -58,7 +58,7 @@ def _cycles(folder: Path) -> list[Mapping[str, float] | None]:
 
 
 def _print(found: list[Outcome], failed: int) -> None:
-    console = Console()
+    console = terminal()
     single = [outcome for outcome in found if len(outcome.ideas) < 2]
     console.print(_table("What if there were", single))
     if len(single) < len(found):

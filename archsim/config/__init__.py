@@ -11,6 +11,8 @@ from archsim.config.load import (
     load_walkthrough,
     load_workload,
     resolved_yaml,
+    run_path,
+    sweep_of,
 )
 from archsim.config.machine import MachineConfig
 from archsim.config.run import RunConfig
@@ -52,4 +54,6 @@ __all__ = [
     "load_walkthrough",
     "load_workload",
     "resolved_yaml",
+    "run_path",
+    "sweep_of",
 ]

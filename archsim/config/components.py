@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import Discriminator, Field, RootModel, Tag, model_validator
 
 from archsim.config.dram import DramConfig, IdealDramConfig
 from archsim.config.section import Count, Finding, Section, Size, Small, is_power_of_two, key_of, report
@@ -131,6 +131,11 @@ _KINDS = {
 }
 
 
+def is_component(kind: object) -> bool:
+    """Whether there are components of this kind."""
+    return kind in _KINDS
+
+
 def _kind_tag(component: Any) -> str | None:
     kind = key_of(component, "kind") or ""
     if kind == "unit" and key_of(component, "output") is None:
@@ -153,6 +158,10 @@ ComponentConfig = Annotated[
     | Annotated[IdealDramConfig, Tag("<IdealDramConfig>")],
     Discriminator(_kind_tag),
 ]
+
+
+class ComponentFile(RootModel[ComponentConfig]):
+    """A component by itself, of any kind."""
 
 
 def _check_cache(cache: CacheConfig) -> list[Finding]:

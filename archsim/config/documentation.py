@@ -18,11 +18,12 @@ from typing import Any
 
 from pydantic import BaseModel, RootModel
 
-from archsim.config.load import SECTIONS
+from archsim.config.load import SECTIONS, WALKTHROUGH_SECTIONS
 from archsim.config.machine import MachineConfig
 from archsim.config.run import RunConfig
 from archsim.config.scene import SceneConfig
 from archsim.config.sweep import SweepConfig
+from archsim.config.walkthrough import WalkthroughConfig
 from archsim.config.workload import WorkloadFile
 from archsim.errors import did_you_mean, fail
 
@@ -32,6 +33,7 @@ PARTS: dict[str, type[BaseModel]] = {
     "scene": SceneConfig,
     "workload": WorkloadFile,
     "sweep": SweepConfig,
+    "walkthrough": WalkthroughConfig,
 }
 
 
@@ -41,10 +43,9 @@ def editor_schema(part: str) -> dict[str, Any]:
         raise fail(f"no schema '{part}'", hint=did_you_mean(part, PARTS) or f"there are: {', '.join(PARTS)}")
     schema = copy.deepcopy(documented_schema(PARTS[part]))
     _loosen(schema)
-    if part == "run":
-        for name in SECTIONS:
-            path = {"type": "string", "description": "Path of a file: short for {base: PATH}."}
-            schema["properties"][name] = {"anyOf": [path, schema["properties"][name]]}
+    for name in {"run": SECTIONS, "walkthrough": WALKTHROUGH_SECTIONS}.get(part, ()):
+        path = {"type": "string", "description": "Path of a file: short for {base: PATH}."}
+        schema["properties"][name] = {"anyOf": [path, schema["properties"][name]]}
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", "$id": f"archsim-{part}"} | schema
 
 

@@ -52,6 +52,7 @@ def similar_file(text: str, folder: Path) -> str | None:
     if wanted.suffix in (".yaml", ".yml", ""):
         known += [path.relative_to(configs) for path in sorted(configs.glob("*/*.yaml"))]
 
+    known = [path for path in known if path != wanted]
     near = difflib.get_close_matches(wanted.stem, {path.stem for path in known}, n=1)
     fitting = [path for path in known if path.stem in near]
     same_folder = [path for path in fitting if path.parent == wanted.parent]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -12,8 +12,9 @@ from typing import NamedTuple, TypeVar
 from pydantic import BaseModel
 
 from archsim import resources
-from archsim.config.document import Node, dump
-from archsim.config.inheritance import is_file, load_tree, put, similar_file
+from archsim.config.components import ComponentFile, is_component
+from archsim.config.document import Node, dump, parse
+from archsim.config.inheritance import find_file, is_file, load_tree, put, similar_file
 from archsim.config.machine import MachineConfig
 from archsim.config.run import RunConfig
 from archsim.config.scene import MESH_SUFFIXES, SceneConfig
@@ -23,7 +24,9 @@ from archsim.config.walkthrough import WalkthroughConfig
 from archsim.config.workload import GridConfig, ShadowMapsConfig, VolumesConfig, WorkloadFile
 from archsim.errors import ArchsimError, Location, Problem, did_you_mean
 
-SECTIONS = ("scene", "workload", "machine")  # of a run; a path there is short for `{base: PATH}`
+# Of a run and of a walkthrough; a path there is short for `{base: PATH}`.
+SECTIONS = ("scene", "workload", "machine")
+WALKTHROUGH_SECTIONS = ("scene", "shadow_volumes")
 
 Model = TypeVar("Model", bound=BaseModel)
 
@@ -86,21 +89,46 @@ def load_workload(
 
 def load_walkthrough(path: str | Path, overrides: Iterable[str] = ()) -> WalkthroughConfig:
     """The walkthrough that a file describes. Raises ArchsimError."""
-    tree = load_tree(path, overrides, ("scene", "shadow_volumes"))
+    tree = load_tree(path, overrides, WALKTHROUGH_SECTIONS)
     return _checked(WalkthroughConfig, *_with_mesh(tree, ("scene", "mesh")))
 
 
 def load_sweep(path: str | Path, overrides: Iterable[str] = ()) -> SweepConfig:
-    """The sweep that a file describes. Raises ArchsimError."""
-    return _checked(SweepConfig, load_tree(path, overrides), [])
+    """The sweep that a file describes. Raises ArchsimError, also if there is no run that it could start from."""
+    tree = load_tree(path, overrides)
+    run, reached = node_at(tree, ("run",))
+    problems = _run_problems(run) if reached and isinstance(run.value, str) else []
+    return _checked(SweepConfig, tree, problems)
+
+
+def sweep_of(keys: Mapping[str, object]) -> SweepConfig:
+    """The sweep that a mapping of a file's keys describes. Raises ArchsimError."""
+    return _checked(SweepConfig, parse(dump(dict(keys)), lambda mark: Location("sweep"), Path.cwd()), [])
+
+
+def run_path(name: str, folder: Path) -> str:
+    """The run that a sweep's file in this folder starts from: packaged, beside it, or a packaged one's bare name."""
+    beside = folder / name
+    if is_file(beside) and not find_file(name, Path("/")):
+        return str(beside)
+    is_bare = "/" not in name and not Path(name).suffix
+    return f"runs/{name}.yaml" if is_bare else name
 
 
 def load_any(path: str | Path, overrides: Iterable[str] = ()) -> BaseModel:
-    """The run, the part of one, or the sweep that a file describes; its keys tell which. Raises ArchsimError."""
+    """What a file describes: a run, the part of one, a sweep or a walkthrough; its keys tell. Raises ArchsimError."""
     tree = load_tree(path, overrides)
-    keys = set(tree.value) if isinstance(tree.value, dict) else set()
-    parts = {"components": load_machine, "mesh": load_scene, "kind": load_workload, "parameters": load_sweep}
-    load = next((load for key, load in parts.items() if key in keys), load_run)
+    children = tree.value if isinstance(tree.value, dict) else {}
+    if "kind" in children and is_component(children["kind"].value):
+        return _checked(ComponentFile, tree, []).root
+    parts = {
+        "components": load_machine,
+        "keyframes": load_walkthrough,
+        "mesh": load_scene,
+        "kind": load_workload,
+        "parameters": load_sweep,
+    }
+    load = next((load for key, load in parts.items() if key in children), load_run)
     return load(path, overrides)
 
 
@@ -134,6 +162,14 @@ def _with_mesh(tree: Node, path: tuple[str, ...]) -> tuple[Node, list[Problem]]:
         what = f"no such mesh file: '{node.value}'"
         return tree, [Problem(node.where, what, similar_file(node.value, node.folder))]
     return put(tree, list(path), replace(node, value=str(absolute))), []
+
+
+def _run_problems(run: Node) -> list[Problem]:
+    """That there is no such run."""
+    path = run_path(str(run.value), run.folder)
+    if find_file(path, Path.cwd()):
+        return []
+    return [Problem(run.where, f"no such file: '{path}'", similar_file(path, run.folder))]
 
 
 def _packaged_problems(name: str, where: Location) -> list[Problem]:

@@ -13,8 +13,19 @@ Small = Annotated[int, Field(ge=1, le=4096)]
 Count = Annotated[int, Field(ge=1, le=1_000_000)]
 Coordinate = Annotated[float, Field(ge=-1e9, le=1e9)]
 Vector = Annotated[tuple[Coordinate, Coordinate, Coordinate], Field(strict=False)]
-Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9 _.+-]{0,99}$")]
-ComponentName = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_-]{0,99}$")]
+_NAME, _COMPONENT, _PATH = (
+    r"^[A-Za-z0-9][A-Za-z0-9 _.+-]{0,99}$",
+    r"^[A-Za-z_][A-Za-z0-9_-]{0,99}$",
+    r"^[^\s=.]+(\.[^\s=.]+)*$",
+)
+SHAPES = {  # pattern -> what it says, in words
+    _NAME: "a name of letters a to z, digits, spaces and any of _ . + -",
+    _COMPONENT: "a name of letters a to z, digits, '_' and '-'",
+    _PATH: "a dotted path such as machine.components.l2.size",
+}
+Name = Annotated[str, Field(pattern=_NAME)]
+ComponentName = Annotated[str, Field(pattern=_COMPONENT)]
+DottedPath = Annotated[str, Field(pattern=_PATH)]  # {a,b} in it stands for several keys
 
 
 class Section(BaseModel):

@@ -4,22 +4,34 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Discriminator, Field, Tag, model_validator
 
-from archsim.config.section import Finding, Name, Section, report
+from archsim.config.section import DottedPath, Finding, Name, Section, report
 
 KINDS = ("grid", "zip", "list", "random")
 
 Values = Annotated[tuple[Any, ...], Field(strict=False, min_length=1, max_length=10_000)]
-Path_ = Annotated[str, Field(pattern=r"^[^\s=.]+(\.[^\s=.]+)*$")]  # dotted; {a,b} stands for several keys
 Whole = Annotated[int, Field(ge=0, le=2**32 - 1)]
+
+
+def _number_tag(value: Any) -> str:
+    return "<int>" if isinstance(value, int) else "<float>"
+
+
+def _drawn_tag(value: Any) -> str:
+    return "<RangeConfig>" if isinstance(value, dict | Section) else "<list>"
+
+
+Number = Annotated[
+    Annotated[int, Tag("<int>")] | Annotated[float, Tag("<float>")], Discriminator(_number_tag)
+]
 
 
 class RangeConfig(Section):
     """Numbers between two bounds, both included."""
 
-    low: int | float  # the smallest
-    high: int | float  # the largest
+    low: Number  # the smallest
+    high: Number  # the largest
     scale: Literal["linear", "powers_of_two"] = "linear"  # powers_of_two: low times 1, 2, 4 ...
 
     @model_validator(mode="after")
@@ -33,24 +45,27 @@ class RangeConfig(Section):
         return self
 
 
+Drawn = Annotated[
+    Annotated[RangeConfig, Tag("<RangeConfig>")] | Annotated[Values, Tag("<list>")], Discriminator(_drawn_tag)
+]
+
+
 class RandomConfig(Section):
     """Points drawn at random; the same seed draws the same points."""
 
     count: Annotated[int, Field(ge=1, le=100_000)]  # points
     seed: Whole  # of the draws
-    values: Annotated[
-        dict[Path_, RangeConfig | Values], Field(min_length=1)
-    ]  # a list to choose from, or a range
+    values: Annotated[dict[DottedPath, Drawn], Field(min_length=1)]  # a list to choose from, or a range
 
 
 class BlockConfig(Section):
     """One block of parameters. The points of a sweep are the product of its blocks, in order."""
 
-    grid: Annotated[dict[Path_, Values], Field(min_length=1)] | None = None  # all combinations
-    zip: Annotated[dict[Path_, Values], Field(min_length=1)] | None = (
+    grid: Annotated[dict[DottedPath, Values], Field(min_length=1)] | None = None  # all combinations
+    zip: Annotated[dict[DottedPath, Values], Field(min_length=1)] | None = (
         None  # first with first, second with second
     )
-    list: Annotated[tuple[dict[Path_, Any], ...], Field(strict=False, min_length=1)] | None = (
+    list: Annotated[tuple[dict[DottedPath, Any], ...], Field(strict=False, min_length=1)] | None = (
         None  # one by one
     )
     random: RandomConfig | None = None  # drawn
@@ -75,8 +90,8 @@ class SweepConfig(Section):
     """A sweep."""
 
     name: Name  # what the sweep is called; names its folder
-    run: str  # the run that every point starts from: a file, or a packaged one such as runs/tiny.yaml
-    set: dict[Path_, Any] = Field(default_factory=dict)  # for every point
+    run: str  # the run that every point starts from: a file, or the name of a packaged one
+    set: dict[DottedPath, Any] = Field(default_factory=dict)  # for every point
     parameters: Annotated[
         tuple[BlockConfig, ...], Field(strict=False, min_length=1, max_length=100)
     ]  # blocks

@@ -10,7 +10,7 @@ from typing import Annotated, Any, TypeVar, Union, get_args, get_origin
 from pydantic import BaseModel, RootModel, ValidationError
 
 from archsim.config.document import Node
-from archsim.config.section import Finding, FindingsError
+from archsim.config.section import SHAPES, Finding, FindingsError
 from archsim.errors import Location, Problem, did_you_mean
 
 Model = TypeVar("Model", bound=BaseModel)
@@ -193,7 +193,7 @@ def _limit(what: str, key: str) -> Callable[[Any], str]:
 
 
 def _pattern(error: Any) -> str:
-    return f"must be a name of letters, digits, '_' and '-', not {_shown(error['input'])}"
+    return f"must be {SHAPES[error['ctx']['pattern']]}, not {_shown(error['input'])}"
 
 
 def _literal(error: Any) -> str:

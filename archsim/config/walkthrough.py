@@ -43,20 +43,20 @@ class PipelinedVolumesConfig(VolumesConfig):
 class KeyframeConfig(Section):
     """Where camera and light are at one moment; what is left out stays as in the scene."""
 
-    eye: Vector | None = None
-    target: Vector | None = None
-    light: Vector | None = None
+    eye: Vector | None = None  # where the camera is
+    target: Vector | None = None  # what it looks at
+    light: Vector | None = None  # where the light is that the volumes are of
     parameters: dict[str, Number] = Field(default_factory=dict)  # of the mesh's generator
 
 
 class WalkthroughConfig(Section):
     """Frames along a path through keyframes, evenly spaced in time."""
 
-    name: Name
-    scene: SceneConfig
-    shadow_volumes: PipelinedVolumesConfig
-    frames: Annotated[int, Field(ge=1, le=10_000)]
-    keyframes: Annotated[tuple[KeyframeConfig, ...], Field(strict=False, min_length=1)]
+    name: Name  # what the walkthrough is called; names its folder
+    scene: SceneConfig  # what is walked through
+    shadow_volumes: PipelinedVolumesConfig  # how they are drawn
+    frames: Annotated[int, Field(ge=1, le=10_000)]  # from the first keyframe to the last
+    keyframes: Annotated[tuple[KeyframeConfig, ...], Field(strict=False, min_length=1)]  # evenly spaced
     seed: Annotated[int, Field(ge=0, le=2**32 - 1)] = 0  # of whatever is drawn at random; so far nothing is
 
     @model_validator(mode="after")

@@ -9,6 +9,7 @@ import numpy as np
 
 from archsim.report import figures
 from archsim.report.differences import MISSING, config_changes, relative_percent
+from archsim.report.formats import setting
 from archsim.report.page import png_uri, render, shadow_caption, shadow_uri
 from archsim.report.statistics import phases
 from archsim.run.folder import StoredRun
@@ -34,12 +35,13 @@ def comparison_report(runs: Sequence[StoredRun]) -> str:
         for phase in phases(run.result)
     }
     statistics = _statistics(runs)
+    known = {row.name: row for row in statistics}
     return render(
         "comparison.html.j2",
         title=" / ".join(names),
         subtitle=f"{len(runs)} runs; the first, {names[0]}, is the baseline of every per cent",
         names=names,
-        headlines=[row for row in statistics if row.name in runs[0].result.summary],
+        headlines=[known[name] for name in runs[0].result.summary if name in known],
         config=_config(runs),
         stalls=figures.stall_stack(ran) if ran else "",
         statistics=[row for row in statistics if any(row.changes)],
@@ -63,7 +65,7 @@ def _config(runs: Sequence[StoredRun]) -> list[Row]:
     for key in keys:
         first = next(found[key].left for found in changes if key in found)
         others = [found[key].right if key in found else first for found in changes]
-        values = ["not there" if value == MISSING else value for value in (first, *others)]
+        values = ["not there" if value == MISSING else setting(value) for value in (first, *others)]
         rows.append(Row(key, "", values, []))
     return rows
 

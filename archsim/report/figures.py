@@ -10,13 +10,14 @@ from typing import Any, NamedTuple
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.container import Container
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, StrMethodFormatter
 
-from archsim.model.latency import NUM_CLASSES, shortest
 from archsim.report.formats import words
 from archsim.report.statistics import Phase
-from archsim.run.result import Histogram, Series
+from archsim.run.result import Histogram
 
 # Okabe and Ito's palette.
 GREEN, BLUE, SKY, ORANGE = "#009E73", "#0072B2", "#56B4E9", "#E69F00"
@@ -71,7 +72,24 @@ def stall_stack(phases: Mapping[str, Phase]) -> str:
 
 
 @STYLED
-def cause_bars(waiting: Mapping[str, Mapping[str, float]], title: str, key: str) -> str:
+def unit_stack(title: str, shares: Mapping[str, Mapping[str, float]], key: str) -> str:
+    """What became of the cycles of each unit: `busy`, then each place to wait, in per cent."""
+    figure = Figure(figsize=(11.4, 1.3 + 0.34 * len(shares)), layout="constrained")
+    axes = figure.subplots()
+    taken = {place for parts in shares.values() for place, share in parts.items() if share >= 0.05}
+    for label, parts in shares.items():
+        shown = {place: share for place, share in parts.items() if place in taken}
+        _stack(axes, words(label), shown, _place_colours(parts))
+    axes.set(xlim=(0, 100), xlabel="share of cycles [%]", title=title)
+    axes.invert_yaxis()
+    _legend(figure, axes.containers)
+    return as_svg(figure, key)
+
+
+@STYLED
+def cause_bars(
+    waiting: Mapping[str, Mapping[str, float]], title: str, key: str, of_all: str = "issue slots"
+) -> str:
     """What each of some waited for: a bar for each cause, from the nearest to the DRAM, that took 0.05 % or more."""
     waiting = {label: causes for label, causes in waiting.items() if any(causes.values())}
     taken = {cause: None for causes in waiting.values() for cause, share in causes.items() if share >= 0.05}
@@ -89,7 +107,7 @@ def cause_bars(waiting: Mapping[str, Mapping[str, float]], title: str, key: str)
         texts = [f"{value:.1f}" if value >= 0.05 else "" for value in values]
         axes.bar_label(bars, texts, padding=3, fontsize=7)
     axes.set_yticks(np.arange(len(causes)), [words(cause.replace(".", ": ")) for cause in causes])
-    axes.set(xlabel="share of all issue slots or cycles [%]", title=title)
+    axes.set(xlabel=f"share of {of_all} [%]", title=title)
     axes.set_ylim(len(causes) - 0.4, -0.6)
     figure.legend(loc="outside lower center", ncols=8, frameon=False)
     return as_svg(figure, key)
@@ -119,7 +137,10 @@ def roofline(roofs: Mapping[str, Roof]) -> str:
     ):
         axes.plot(x, np.minimum(roof.peak_instructions, roof.peak_bytes * x), color=colour, linewidth=1.2)
         axes.plot(roof.intensity, roof.instructions, "o", color=colour, markersize=8, label=words(label))
-    axes.set(xscale="log", yscale="log", xlabel="instructions a DRAM byte", ylabel="instructions a cycle")
+    axes.set(xscale="log", yscale="log")
+    axes.set(xlabel="intensity [instructions/DRAM byte]", ylabel="rate [instructions/cycle]")
+    plain_ticks(axes.xaxis)
+    plain_ticks(axes.yaxis)
     axes.legend(frameon=False, loc="lower right")
     return as_svg(figure, "roofline")
 
@@ -158,66 +179,13 @@ def histogram(data: Histogram, key: str) -> str:
     return as_svg(figure, key)
 
 
-_BANDS = ("busy_percent", "fill_percent")  # ratios of which many components have one
-
-
-@STYLED
-def series_plot(title: str, series: Series, key: str) -> str:
-    """What a phase did over time: a panel for each ratio; one of coloured bands for those of many components."""
-    columns = {name: values for name, values in series.columns.items() if name != "until_cycle"}
-    bands = {band: [name for name in columns if name.endswith(f".{band}")] for band in _BANDS}
-    bands = {band: names for band, names in bands.items() if names}
-    lines = [name for name in columns if not any(name in names for names in bands.values())]
-    heights = [1.2] * len(lines) + [0.4 + 0.22 * len(names) for names in bands.values()]
-    figure = Figure(figsize=(11.4, 0.7 + sum(heights)), layout="constrained")
-    panels = figure.subplots(len(heights), 1, sharex=True, squeeze=False, height_ratios=heights)[:, 0]
-    edges = np.array([0.0, *series.columns["until_cycle"]])
-    colours = (GREEN, VERMILLION, BLUE, ORANGE, SKY, PURPLE) * 9
-    for axes, name, colour in zip(panels, lines, colours, strict=False):
-        axes.stairs(columns[name], edges, color=colour, linewidth=1.2)
-        axes.set_ylabel(words(name.replace(".", "\n").replace("_bytes", "\nbytes")), fontsize=8)
-        axes.set_ylim(bottom=0)
-    for axes, (band, names) in zip(panels[len(lines) :], bands.items(), strict=True):
-        _bands(axes, edges, {name.removesuffix(f".{band}"): columns[name] for name in names})
-        axes.set_ylabel(words(band), fontsize=8)
-    panels[0].set_title(title)
-    panels[-1].set_xlabel(f"cycle, in intervals of {series.interval_cycles:,}")
-    return as_svg(figure, key)
-
-
-def _bands(axes: Axes, edges: np.ndarray, rows: Mapping[str, Sequence[float]]) -> None:
-    """A band for each row, coloured by its values from 0 to 100."""
-    places = np.arange(len(rows) + 1) - 0.5
-    drawn = axes.pcolormesh(
-        edges, places, np.array(list(rows.values())), cmap="cividis", vmin=0, vmax=100, rasterized=True
-    )
-    axes.set_yticks(np.arange(len(rows)), [words(name) for name in rows], fontsize=8)
-    axes.invert_yaxis()
-    axes.figure.colorbar(drawn, ax=axes, aspect=8, pad=0.01)
-
-
-@STYLED
-def latency_plot(title: str, levels: Mapping[str, np.ndarray], key: str) -> str:
-    """Share of the requests answered within so many cycles, a line for each level; `levels`: requests by class."""
-    figure = Figure(figsize=(5.6, 3.4), layout="constrained")
-    axes = figure.subplots()
-    starts = np.array([shortest(number) for number in range(NUM_CLASSES)])
-    for (level, counts), colour in zip(
-        levels.items(), (SKY, BLUE, ORANGE, VERMILLION, GREEN) * 9, strict=False
-    ):
-        if counts.any():
-            last = int(np.flatnonzero(counts)[-1]) + 2
-            reached = 100.0 * np.cumsum(counts)[: last - 1] / counts.sum()
-            axes.stairs(reached, np.maximum(starts[:last], 0.5), color=colour, label=level, linewidth=1.4)
-    axes.set(title=title, xscale="log", xlabel="cycles from request to answer", ylabel="answered by then [%]")
-    axes.set_ylim(0, 102)
-    axes.legend(frameon=False)
-    return as_svg(figure, key)
-
-
 @STYLED
 def heat_map(title: str, image: np.ndarray, key: str) -> str:
-    """An image with its colour bar; grey where there is nothing to show. Few very large values don't flatten it."""
+    """An image with its colour bar; grey where there is nothing to show. Few very large values don't flatten it.
+
+    `title` may end in a [unit], which goes to the colour bar.
+    """
+    what, _, unit = title.removesuffix("]").partition(" [")
     figure = Figure(figsize=(5.6, 4.3), layout="constrained")
     axes = figure.subplots()
     colours = matplotlib.colormaps["cividis"].with_extremes(bad="#DDDDDD")
@@ -225,12 +193,36 @@ def heat_map(title: str, image: np.ndarray, key: str) -> str:
     top = float(np.percentile(finite, 99.5)) if finite.size else 1.0
     clipped = bool(finite.size) and float(finite.max()) > top
     low = float(finite.min()) if finite.size else 0.0
+    rows, columns = image.shape
     drawn = axes.imshow(
-        np.ma.masked_invalid(image), cmap=colours, vmin=low, vmax=top if top > low else low + 1
+        np.ma.masked_invalid(image),
+        cmap=colours,
+        vmin=low,
+        vmax=top if top > low else low + 1,
+        aspect="equal" if rows <= 2 * columns <= 4 * rows else "auto",  # slivers are drawn wider
     )
-    figure.colorbar(drawn, ax=axes, extend="max" if clipped else "neither", shrink=0.8)
-    axes.set(title=title, xlabel="column", ylabel="row")
+    whole = MaxNLocator(integer=True) if (finite == np.round(finite)).all() else None
+    extend = "max" if clipped else "neither"
+    figure.colorbar(drawn, ax=axes, extend=extend, shrink=0.8, ticks=whole, label=f"[{unit}]" if unit else "")
+    figure.suptitle(what, x=0.01, ha="left", fontsize=11, weight="bold")
+    axes.set(xlabel="column", ylabel="row")
     return as_svg(figure, key)
+
+
+def plain_ticks(axis: Axis) -> None:
+    """Ticks of a logarithmic axis as plain numbers: 1, 2, 5, 10 ..., or only powers of ten over many decades."""
+    low, high = axis.get_view_interval()
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < 1000 * low else (1.0,)))
+    axis.set_major_formatter(StrMethodFormatter("{x:,.6g}"))
+    axis.set_minor_formatter(NullFormatter())
+
+
+def _place_colours(places: Iterable[str]) -> dict[str, str]:
+    """Of what a unit does with its cycles; caches are what is not known by name."""
+    known = {"busy": GREEN, "no_work": GREY, "output": YELLOW, "pool": PURPLE, "latency": "#666666"}
+    known |= {"delay_stream": ORANGE, "dram": VERMILLION}
+    caches = (place for place in places if place not in known)
+    return known | dict(zip(caches, (SKY, BLUE) * 9, strict=False))
 
 
 def _reason_colours(phase: Phase) -> dict[str, str]:

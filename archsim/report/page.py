@@ -8,8 +8,10 @@ from typing import Any
 import jinja2
 import numpy as np
 
-from archsim.report.formats import number, percent, words
+from archsim.report.formats import number, percent, setting, words
 from archsim.run.folder import png, shadow_colours
+
+SHARP_COLUMNS = 1024  # of a picture, from which a browser need not blur its pixels
 
 
 def render(template: str, **values: Any) -> str:
@@ -21,7 +23,7 @@ def render(template: str, **values: Any) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters.update(number=number, percent=percent, words=words)
+    environment.filters.update(number=number, percent=percent, setting=setting, words=words)
     return environment.get_template(template).render(**values)
 
 
@@ -31,8 +33,10 @@ def shadow_uri(shadow: np.ndarray) -> str:
 
 
 def png_uri(colours: np.ndarray) -> str:
-    """An image uint8 [height, width, 3] as a PNG inside the page."""
-    return "data:image/png;base64," + base64.b64encode(png(colours)).decode()
+    """An image uint8 [height, width, 3] as a PNG inside the page; a small one with larger pixels, to keep it sharp."""
+    times = max(1, SHARP_COLUMNS // max(colours.shape[1], 1))
+    larger = colours.repeat(times, axis=0).repeat(times, axis=1)
+    return "data:image/png;base64," + base64.b64encode(png(larger)).decode()
 
 
 def shadow_caption(shadow: np.ndarray) -> str:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from archsim.report import figures
+from archsim.report import figures, time_figures
 from archsim.report.advice import advice, pipeline_advice
 from archsim.report.figures import Roof
 from archsim.report.formats import words
@@ -19,6 +19,7 @@ from archsim.report.statistics import (
     headlines,
     phases,
     pipeline_phases,
+    unit_cycles,
     unit_waits,
 )
 from archsim.run.result import Result
@@ -53,8 +54,9 @@ def run_report(
             {phase.name: phase.causes() for phase in ran}, "What the empty slots waited for", "causes"
         ),
         units=[
-            figures.cause_bars(of_phase, f"{words(phase)}: what the units waited for", f"units{k}")
-            for k, (phase, of_phase) in enumerate(waits.items())
+            figure
+            for k, (phase, cycles) in enumerate(unit_cycles(result).items())
+            for figure in unit_figures(phase, cycles, waits[phase], f"units{k}")
         ],
         outcomes=figures.shares(cache_outcomes([*ran, *flowed]), figures.OUTCOMES, "lookups", "caches"),
         cache_columns=CACHE_COLUMNS,
@@ -73,7 +75,7 @@ def run_report(
         ],
         latencies=latency_figures(result),
         series=[
-            figures.series_plot(words(phase), series, f"series{k}")
+            time_figures.series_plot(words(phase), series, f"series{k}")
             for k, (phase, series) in enumerate(result.series.items())
         ],
         histograms=[figures.histogram(data, f"histogram{k}") for k, data in enumerate(result.histograms)],
@@ -86,6 +88,21 @@ def run_report(
     )
 
 
+def unit_figures(
+    phase: str, cycles: Mapping[str, Mapping[str, float]], waits: Mapping[str, Mapping[str, float]], key: str
+) -> list[str]:
+    """The cycles of a phase's units by place, and their waits in the memory by cause."""
+    in_memory = {
+        unit: {cause: share for cause, share in causes.items() if "." in cause}
+        for unit, causes in waits.items()
+    }
+    title = f"{words(phase)}: what the units waited for in caches and DRAM"
+    return [
+        figures.unit_stack(words(phase), cycles, key),
+        figures.cause_bars(in_memory, title, f"{key}causes", "cycles"),
+    ]
+
+
 def latency_figures(result: Result) -> list[str]:
     """How long requests took at every level, a figure for each phase."""
     by_phase: dict[str, dict[str, np.ndarray]] = {}
@@ -94,7 +111,7 @@ def latency_figures(result: Result) -> list[str]:
         if counts.any():
             by_phase.setdefault(phase, {})[level] = counts
     return [
-        figures.latency_plot(words(phase), levels, f"latency{k}")
+        time_figures.latency_plot(words(phase), levels, f"latency{k}")
         for k, (phase, levels) in enumerate(by_phase.items())
     ]
 

@@ -66,16 +66,39 @@ def _finest(shares: Mapping[str, float]) -> dict[str, float]:
 
 def unit_waits(result: Result) -> dict[str, dict[str, dict[str, float]]]:
     """phase -> unit -> share of the cycles by what the unit waited for, of pipelines."""
-    found: dict[str, dict[str, dict[str, float]]] = {}
+    return {
+        phase: {unit: _finest(_waits(values)) for unit, values in units.items()}
+        for phase, units in _values_of_units(result).items()
+    }
+
+
+def unit_cycles(result: Result) -> dict[str, dict[str, dict[str, float]]]:
+    """phase -> unit -> share of its cycles: `busy`, then each place to wait, in per cent, of pipelines."""
+    return {
+        phase: {unit: _places(values) for unit, values in units.items()}
+        for phase, units in _values_of_units(result).items()
+    }
+
+
+def _places(values: Mapping[str, int | float]) -> dict[str, float]:
+    places = {name: share for name, share in _waits(values).items() if "." not in name}
+    return {"busy": float(values["busy_percent"]), **places}
+
+
+def _waits(values: Mapping[str, int | float]) -> dict[str, float]:
+    """What a unit waited for, the sum of all memory left out."""
+    return {name: share for name, share in _stall_shares(values).items() if name != "memory"}
+
+
+def _values_of_units(result: Result) -> dict[str, dict[str, dict[str, int | float]]]:
+    """phase -> unit -> its statistics by their last names, of pipelines."""
+    found: dict[str, dict[str, dict[str, int | float]]] = {}
     for name in [s.name for s in result.statistics if s.name.endswith(".busy_percent")]:
         phase, _, unit = name.removesuffix(".busy_percent").rpartition(".")
         prefix = f"{phase}.{unit}."
-        values = {
+        found.setdefault(phase, {})[unit] = {
             s.name.removeprefix(prefix): s.value for s in result.statistics if s.name.startswith(prefix)
         }
-        waits = _finest(_stall_shares(values))
-        waits.pop("memory", None)  # the sum of the levels
-        found.setdefault(phase, {})[unit] = waits
     return found
 
 

@@ -84,21 +84,22 @@ def check_target(out: Path | None) -> None:
     """Raise ArchsimError if a run can't be written to `out`: better before the work than after it."""
     if out is None:
         return
-    if not os.path.lexists(out):
-        existing = next(parent for parent in out.absolute().parents if parent.exists())
-        if not existing.is_dir():
-            raise fail(f"'{existing}' is not a folder", Location(str(out)), "name a new folder with --out")
-        if not os.access(existing, os.W_OK):
-            raise fail(
-                f"'{existing}' cannot be written to", Location(str(out)), "name another folder with --out"
-            )
-        return
-    if not out.is_dir():
-        raise fail("is not a folder", Location(str(out)), "name a new folder with --out")
-    if any(out.iterdir()) and not (out / MANIFEST).is_file():
+    check_writable(out)
+    if out.is_dir() and any(out.iterdir()) and not (out / MANIFEST).is_file():
         raise fail(
             "holds something else than an archsim run", Location(str(out)), "name a new folder with --out"
         )
+
+
+def check_writable(out: Path) -> None:
+    """Raise ArchsimError if `out` is not a folder that can be written to, or made."""
+    if os.path.lexists(out) and not out.is_dir():
+        raise fail("is not a folder", Location(str(out)), "name a new folder with --out")
+    existing = next(folder for folder in (out.absolute(), *out.absolute().parents) if folder.exists())
+    if not existing.is_dir():
+        raise fail(f"'{existing}' is not a folder", Location(str(out)), "name a new folder with --out")
+    if not os.access(existing, os.W_OK):
+        raise fail(f"'{existing}' cannot be written to", Location(str(out)), "name another folder with --out")
 
 
 def result_json(result: Result) -> str:

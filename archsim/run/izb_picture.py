@@ -97,13 +97,17 @@ def compose(subject: Subject, views: list[LightViewWork], found: list[ViewFound]
     outcomes = [each.outcome for each in found]
     workload = reduce(combined, (outcome.workload for outcome in outcomes), NOTHING)
     shadow = _shadow(subject, found)
-    maps = {"Framebuffer fragments of each pixel": _spread(subject, outcomes, fragments_of_samples)}
+    maps = {
+        "Framebuffer fragments of each pixel [fragments]": _spread(subject, outcomes, fragments_of_samples)
+    }
     histograms = [fragment_histogram(outcomes)]
     if views and views[0].memory.storage.structure != Structure.KD_TREE:
         cost = partial(_instructions_of_samples, views[0].grid)
-        maps["Raster instructions on each pixel's node"] = _spread(subject, outcomes, cost)
+        maps["Issue cycles of the raster kernel on each pixel [cycles]"] = _spread(subject, outcomes, cost)
     if views:
-        maps["Samples in each logical cell, first light view"] = cell_map(outcomes[0], views[0].grid)
+        maps["Samples in each logical cell, first light view [samples]"] = cell_map(
+            outcomes[0], views[0].grid
+        )
         histograms.insert(0, list_histogram(outcomes, views[0].grid))
     statistics = [*workload_statistics(workload, len(views)), *picture_statistics(subject.seen, shadow)]
     return Picture(subject.digest, workload, statistics, shadow, histograms, maps)

@@ -50,7 +50,7 @@ class Result(NamedTuple):
     checks: list[Check]
     shadow: np.ndarray  # bool [height, width], row 0 at the top, True in shadow
     histograms: list[Histogram]
-    maps: dict[str, np.ndarray]  # title -> float32 image, NaN where there is nothing to show
+    maps: dict[str, np.ndarray]  # title [unit] -> float32 image, NaN where there is nothing to show
     latencies: Mapping[str, np.ndarray] = {}  # phase.level -> requests answered there, by class
     series: Mapping[str, Series] = {}  # phase -> how it went over time, if that was asked for
 

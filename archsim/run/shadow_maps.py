@@ -84,7 +84,10 @@ def simulate_shadow_maps(
     values = {statistic.name: statistic.value for statistic in statistics}
     first = {name: values[name] for name in _FIRST if name in values}
     summary = {**first, "checks_passed": all(check.ok for check in checks)}
-    images = {"m: texels in pixels": spread(picture, errors.error), **_depth_images(played)}
+    images = {
+        "m, the size of a texel in the picture [pixels]": spread(picture, errors.error),
+        **_depth_images(played),
+    }
     return Result(config.name, digest(scene), summary, statistics, checks, shadow, [], images, latencies)
 
 
@@ -137,7 +140,8 @@ def _depth_images(played: list[PlayedMap]) -> dict[str, np.ndarray]:
     for each in played:
         step = -(-max(each.depth.shape) // LARGEST_IMAGE)
         depth = each.depth[::-step, ::step].astype(np.float32) / each.depth.dtype.type((1 << 24) - 1)
-        images[f"{phase_of(each.shadow_map)}: depth, y' upwards"] = np.where(depth < 1, depth, np.nan)
+        title = f"{phase_of(each.shadow_map)}: depth, y' upwards [0 nearest, 1 farthest]"
+        images[title] = np.where(depth < 1, depth, np.nan)
     return images
 
 

@@ -42,6 +42,7 @@ from archsim.run.shadow_volumes import (
     play_on_pipeline,
     prepare_light,
     resources_of,
+    update_histogram,
     update_map,
 )
 from archsim.scene.scene import digest, load_scene
@@ -170,7 +171,10 @@ def simulate_shadow_volume_kernels(
     summary = {name: values[name] for name in FIRST}
     summary["checks_passed"] = all(check.ok for check in checks)
     maps = update_map(drawn, workload.tile)
-    return Result(config.name, digest(scene), summary, statistics, checks, shadow, [], maps, latencies)
+    histograms = [update_histogram(drawn, workload.tile)]
+    return Result(
+        config.name, digest(scene), summary, statistics, checks, shadow, histograms, maps, latencies
+    )
 
 
 def _milliseconds(workload: VolumeKernelsConfig, fixed: list[Statistic]) -> float:

@@ -18,7 +18,7 @@ from archsim.run.listen import Listen, to_nothing
 from archsim.run.measure import measured
 from archsim.run.pipeline_metrics import pipeline_checks, pipeline_latencies, pipeline_statistics
 from archsim.run.progress import Progress, silent
-from archsim.run.result import Check, Result, Statistic
+from archsim.run.result import Check, Histogram, Result, Statistic
 from archsim.run.shadow_volume_statistics import TRAFFIC, WORKLOAD
 from archsim.scene.scene import Scene, digest, load_scene
 from archsim.shadow_volumes.casters import Grouping
@@ -81,7 +81,15 @@ def simulate_shadow_volumes(
     summary = {**{name: values[name] for name in first}, "checks_passed": all(check.ok for check in checks)}
     maps = update_map(drawn, method.tile)
     return Result(
-        config.name, digest(scene), summary, statistics, checks, drawn.shadow, [], maps, played.latencies
+        config.name,
+        digest(scene),
+        summary,
+        statistics,
+        checks,
+        drawn.shadow,
+        [update_histogram(drawn, method.tile)],
+        maps,
+        played.latencies,
     )
 
 
@@ -93,7 +101,13 @@ def update_map(drawn: Variant, tile: int) -> dict[str, np.ndarray]:
     updates = np.where(drawn.updates > 0, drawn.updates / tile**2, np.nan).astype(np.float32)
     height, width = drawn.shadow.shape
     spread = updates.repeat(tile, axis=0).repeat(tile, axis=1)[:height, :width]
-    return {"Stencil updates a pixel, tile by tile; grey: none": spread}
+    return {"Stencil updates a pixel, tile by tile; grey: none [updates]": spread}
+
+
+def update_histogram(drawn: Variant, tile: int) -> Histogram:
+    """Tiles by how often the stencil of a pixel in them was updated: the depth complexity of what was drawn."""
+    updates = np.round(drawn.updates / tile**2).astype(np.int64)
+    return Histogram("Stencil updates of a pixel, mean of each tile", "updates", np.bincount(updates.ravel()))
 
 
 def play_on_pipeline(config: MachineConfig, view: View, traffic: Traffic, how: Playing) -> Played:

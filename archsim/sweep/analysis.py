@@ -11,6 +11,8 @@ import pandas as pd
 from archsim.errors import ArchsimError, did_you_mean, fail
 from archsim.units import parse_bytes, parse_frequency
 
+AS_IN_THE_RUN = "as in the run"
+
 
 def finished(table: pd.DataFrame) -> pd.DataFrame:
     """The points that have a result."""
@@ -28,9 +30,11 @@ def amounts(table: pd.DataFrame, column: str) -> np.ndarray:
 def pareto_front(table: pd.DataFrame, columns: Sequence[str]) -> pd.DataFrame:
     """The finished points that no other point equals or beats in all columns and beats in one; less is better."""
     points = finished(table)
+    if not len(points) or not columns:
+        return points.head(0)
     values = np.stack([amounts(points, column) for column in columns], axis=1)
     beaten = [bool(((values <= own).all(axis=1) & (values < own).any(axis=1)).any()) for own in values]
-    front = points[~np.array(beaten, np.bool_)] if len(points) else points
+    front = points[~np.array(beaten, np.bool_)]
     return front.sort_values(columns[0], key=lambda _: amounts(front, columns[0])).reset_index(drop=True)
 
 
@@ -51,10 +55,12 @@ def sensitivity(table: pd.DataFrame, parameters: Sequence[str], metric: str) -> 
     `explained_percent`: share of the metric's variance that these means have.
     """
     points = finished(table)
+    if metric in points.columns:
+        points = points[points[metric].notna()]
     values = amounts(points, metric)
     rows = []
     for name in parameters:
-        keys = points[name].map(str).to_numpy()
+        keys = texts(points, name)
         means = {key: values[keys == key].mean() for key in dict.fromkeys(keys)}
         spread = max(means.values()) - min(means.values()) if means else 0.0
         between = np.array([means[key] for key in keys]).var() if len(values) else 0.0
@@ -76,6 +82,8 @@ def sensitivity(table: pd.DataFrame, parameters: Sequence[str], metric: str) -> 
 def finding(table: pd.DataFrame, parameters: Sequence[str], metric: str) -> str:
     """What a sweep found about a metric: where it is least and most, and what moves it of what all points have."""
     points, own = finished(table), _different(table, parameters)
+    if metric in points.columns:
+        points = points[points[metric].notna()].reset_index(drop=True)
     values = amounts(points, metric)
     if len(values) < 2 or not own:
         return f"{metric}: one point says nothing."
@@ -85,7 +93,7 @@ def finding(table: pd.DataFrame, parameters: Sequence[str], metric: str) -> str:
     more = f" (+{100 * (values[most] / values[least] - 1):.3g} %)" if values[least] > 0 else ""
     effects = sensitivity(table, [name for name in own if points[name].notna().all()], metric)
     moves = [
-        f"{effects['range_percent'][row]:.3g} % over {_short(str(effects['parameter'][row]))}"
+        f"{effects['range_percent'][row]:.3g} % over {short(str(effects['parameter'][row]))}"
         for row in range(len(effects))
     ]
     return (
@@ -105,14 +113,29 @@ def _different(table: pd.DataFrame, parameters: Sequence[str]) -> list[str]:
 
 def _where(points: pd.DataFrame, parameters: Sequence[str], row: int) -> str:
     """The values of a point, of the parameters that it has."""
-    has = [(_short(name), points[name][row]) for name in parameters if not pd.isna(points[name][row])]
+    has = [(short(name), points[name][row]) for name in parameters if not pd.isna(points[name][row])]
     return ", ".join(
         f"{name} {value:g}" if isinstance(value, float) else f"{name} {value}" for name, value in has
     )
 
 
-def _short(parameter: str) -> str:
+def short(parameter: str) -> str:
+    """The path without the part that most parameters share."""
     return parameter.removeprefix("machine.components.").removeprefix("workload.")
+
+
+def texts(points: pd.DataFrame, parameter: str) -> np.ndarray:
+    """str [rows] of a parameter's values; what a point does not set is as in the sweep's run."""
+    return np.array([AS_IN_THE_RUN if pd.isna(value) else str(value) for value in points[parameter]], object)
+
+
+def in_order(points: pd.DataFrame, parameter: str) -> list[str]:
+    """The different texts of a parameter's values: by their amounts where they have any, else as they come."""
+    found = dict(zip(texts(points, parameter), points[parameter], strict=True))
+    try:
+        return sorted(found, key=lambda text: -np.inf if text == AS_IN_THE_RUN else _amount("", found[text]))
+    except ArchsimError:
+        return list(found)
 
 
 def _amount(column: str, value: Any) -> float:

@@ -33,6 +33,7 @@ class Tally(NamedTuple):
 
 def conduct(points: list[Point], folder: Path, workers: Workers, part: str, watch: Watch) -> Tally:
     """Do all points that are not finished; `part` names this process's share of the sweep."""
+    points = list({point.digest: point for point in points}.values())  # values may be written in two ways
     unfinished = [point for point in points if not is_finished(folder, point.digest)]
     sweep_out(folder, (point.digest for point in unfinished), part)
     watch.begin(len(points), len(points) - len(unfinished))

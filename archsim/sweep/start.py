@@ -4,19 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from archsim.config.inheritance import find_file
 from archsim.config.sweep import SweepConfig
 from archsim.sweep.conduct import Tally, conduct
 from archsim.sweep.plan import Point
 from archsim.sweep.store import Index, IndexEntry, only_one, write_index
 from archsim.sweep.watch import Watch
 from archsim.sweep.workers import Workers
-
-
-def run_path(config: SweepConfig, path: Path) -> str:
-    """The run that a sweep starts from, seen from the sweep's file or else among the packaged ones."""
-    beside = path.parent / config.run
-    return str(beside) if beside.is_file() and not find_file(config.run, Path("/")) else config.run
 
 
 def run_sweep(

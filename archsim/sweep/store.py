@@ -4,6 +4,7 @@ sweep.json               the sweep's name and its points: parameters, command, d
 points/DIGEST/           result.json, config.yaml, manifest.json of a finished point
 failed/DIGEST.json       why a point has no result, and the command that repeats it
 work/DIGEST/             a picture's work while points are played on it
+run.yaml                 of `archsim whatif`: the run that its points start from
 table.parquet, report.html
 """
 
@@ -19,11 +20,12 @@ from typing import Any, NamedTuple
 
 from archsim.config import RunConfig, resolved_yaml
 from archsim.errors import Location, fail
-from archsim.run.folder import MANIFEST, as_json, publish, result_json, write_whole
+from archsim.run.folder import MANIFEST, as_json, check_writable, publish, result_json, write_whole
 from archsim.run.manifest import make_manifest
 from archsim.run.result import Result
 
 INDEX = "sweep.json"
+BASE = "run.yaml"  # of `archsim whatif`: the run that its points start from
 
 
 class IndexEntry(NamedTuple):
@@ -43,10 +45,14 @@ class Index(NamedTuple):
 
 
 def check_folder(folder: Path) -> None:
-    """Raise ArchsimError if the folder is neither new, nor empty, nor a sweep's."""
-    if folder.exists() and not folder.is_dir():
-        raise fail("is not a folder", Location(str(folder)), "name a new folder with --out")
-    if folder.is_dir() and any(folder.iterdir()) and not (folder / INDEX).is_file():
+    """Raise ArchsimError if the folder is neither new, nor empty, nor a sweep's, or cannot be written to.
+
+    A sweep that has no index yet, just begun or killed at once, has its base and hidden files only.
+    """
+    check_writable(folder)
+    others = (path.name for path in folder.iterdir()) if folder.is_dir() else iter(())
+    strange = any(name != BASE and not name.startswith(".") for name in others)
+    if strange and not (folder / INDEX).is_file():
         raise fail("holds something else than a sweep", Location(str(folder)), "name a new folder with --out")
 
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import pandas as pd
 
+from archsim.errors import ArchsimError, Problem, did_you_mean
 from archsim.run.folder import MANIFEST, write_whole
 from archsim.sweep.expand import flow
 from archsim.sweep.store import IndexEntry, read_failure, read_index
@@ -23,8 +24,7 @@ def load_table(folder: Path) -> pd.DataFrame:
     rows = [_row(folder, entry) for entry in index.points]
     table = pd.DataFrame(rows)
     for name in parameters_of(folder):
-        if table[name].map(type).nunique() > 1:
-            table[name] = table[name].map(lambda value: None if pd.isna(value) else str(value))
+        table[name] = _column([entry.parameters.get(name) for entry in index.points])
     return table
 
 
@@ -44,9 +44,42 @@ def parameters_of(folder: Path) -> list[str]:
 
 
 def metrics_of(folder: Path, table: pd.DataFrame) -> list[str]:
-    """The statistics to minimise: those that the sweep's file names, else the cycles of every phase."""
-    named = read_index(folder).metrics
-    return list(named) or [name for name in table.columns if name.endswith(".cycles")]
+    """What is to be small, of what the table has: what the sweep's file names, else the cycles of every phase."""
+    named = read_index(folder).metrics or [name for name in table.columns if name.endswith(".cycles")]
+    return [name for name in named if name in table.columns]
+
+
+def check_metrics(folder: Path, table: pd.DataFrame) -> None:
+    """Raise ArchsimError if the sweep's file names a metric that no finished point has."""
+    known = [str(name) for name in table.columns]
+    unknown = [name for name in read_index(folder).metrics if name not in known]
+    if unknown and (table["status"] == "finished").any():
+        whats = [(f"no point has the metric '{name}'", did_you_mean(name, known)) for name in unknown]
+        raise ArchsimError([Problem(None, what, hint) for what, hint in whats])
+
+
+def units_of(folder: Path) -> dict[str, str]:
+    """statistic -> unit, of the finished points."""
+    found: dict[str, str] = {}
+    for entry in read_index(folder).points:
+        own = folder / "points" / entry.digest
+        if (own / MANIFEST).is_file():
+            result = json.loads((own / "result.json").read_text(encoding="utf-8"))
+            found |= {item["name"]: item["unit"] for item in result["statistics"]}
+    return found
+
+
+def _column(values: list[Any]) -> pd.Series:
+    """A parameter's values; whole numbers stay whole beside points that don't set it, mixed types become text."""
+    kinds = {type(value) for value in values if value is not None}
+    if kinds == {int}:
+        return pd.Series(values, dtype="Int64" if None in values else "int64")
+    if kinds == {int, float}:
+        return pd.Series(values, dtype="float64")
+    scalars = [_scalar(value) for value in values]
+    if len(kinds) > 1 or kinds & {list, dict, str}:
+        return pd.Series([None if value is None else str(value) for value in scalars], dtype=object)
+    return pd.Series(scalars)
 
 
 def _row(folder: Path, entry: IndexEntry) -> dict[str, Any]:

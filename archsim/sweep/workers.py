@@ -13,6 +13,7 @@ from multiprocessing.context import SpawnProcess
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
+from archsim.errors import fail
 from archsim.reproduce.processes import end_with_parent
 from archsim.sweep.job import Done, PointJob, RenderJob, perform
 
@@ -126,9 +127,15 @@ class DaskWorkers:
     """The threads of a Dask cluster; its workers must see the sweep's folder under the same path."""
 
     def __init__(self, address: str):
-        from distributed import Client
-
-        self._client = Client(address)
+        """Raises ArchsimError if there is no Dask here, or no scheduler there."""
+        try:
+            from distributed import Client
+        except ImportError:
+            raise fail("--scheduler needs Dask", hint="pip install 'archsim[cluster]'") from None
+        try:
+            self._client = Client(address)
+        except (OSError, ValueError) as error:
+            raise fail(f"no Dask scheduler at '{address}': {error}") from None
         self.capacity = max(1, sum(self._client.nthreads().values()))
         self._running: dict[Any, int] = {}
 

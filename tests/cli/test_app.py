@@ -68,6 +68,17 @@ def test_a_finished_run_is_run_again_by_its_folder(simulated):
     assert [config.seed for config in simulated] == [7, 7]
 
 
+def test_a_bare_folder_is_a_run_unless_a_packaged_one_has_its_name(simulated):
+    archsim_("run", "tiny", "--set", "seed=7", "--out", "mine")
+    Path("tiny").mkdir()
+    Path("tiny/config.yaml").write_text(Path("mine/config.yaml").read_text())
+
+    archsim_("run", "mine")
+    archsim_("run", "tiny")
+
+    assert [config.seed for config in simulated] == [7, 7, 0]
+
+
 def test_json_is_the_only_output(simulated):
     result = archsim_("run", "tiny", "--json", "--out", "there")
 

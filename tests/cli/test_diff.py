@@ -36,7 +36,15 @@ def test_different_results_end_with_1_and_say_what():
 
     assert "izb_build.cycles" in out
     assert "+100 %" in out
+    assert "izb_build.cycles [units]" in out
     archsim_("diff", "a", "b", "--tolerance", "100")
+
+
+def test_differences_with_their_images_on_a_page():
+    out = archsim_("diff", "a", "b", "--out", "page.html", exit_code=1).stdout
+
+    assert out.endswith("written to page.html\n")
+    assert Path("page.html").read_text().count("data:image/png") == 2
 
 
 def test_differences_as_json():

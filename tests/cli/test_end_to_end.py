@@ -99,3 +99,14 @@ def test_a_reader_that_has_seen_enough_is_no_error(tmp_path):
 
     assert result.stdout.strip() == "!!VP2.0"
     assert result.stderr == ""
+
+
+def test_a_file_that_cannot_be_written_is_named(tmp_path):
+    (tmp_path / "file").touch()
+    result = archsim_(tmp_path, "trace", "export", "tiny", "--format", "dinero", "--out", "file/trace.din")
+    assert result.returncode == 2
+    assert result.stderr == "file/.trace.din-unfinished: Not a directory\n"
+
+    result = archsim_(tmp_path, "sweep", "tiny", "--out", "file/sweep")
+    assert result.returncode == 2
+    assert result.stderr == f"file/sweep: '{tmp_path}/file' is not a folder; name a new folder with --out\n"

@@ -1,6 +1,7 @@
 """`archsim sweep` and what is asked of its folder."""
 
 import json
+from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
@@ -95,6 +96,47 @@ def test_a_folder_of_something_else_is_left_alone(tmp_path):
         "something else than a sweep"
         in archsim_("sweep", "small.yaml", "--out", "thesis", exit_code=2).stderr
     )
+
+
+def test_points_that_all_failed_have_no_front(inline):
+    sizes = [{"grid": {"machine.components.l2.size": ["3000 B", "3001 B"]}}]
+    Path("bad.yaml").write_text(dump({**SWEEP, "parameters": sizes}))
+    archsim_("sweep", "bad.yaml", "--out", "out", exit_code=1)
+
+    for verb in ("pareto", "sensitivity"):
+        assert archsim_("sweep", verb, "out", exit_code=2).stderr == "out: no point has a result\n"
+    assert "failed" in archsim_("sweep", "table", "out").stdout
+
+
+def test_a_misspelt_metric_costs_no_point_and_no_page(inline):
+    Path("bad.yaml").write_text(dump({**SWEEP, "metrics": ["izb_buidl.cycles"]}))
+
+    result = archsim_("sweep", "bad.yaml", "--out", "out", exit_code=2)
+
+    assert "4 points finished" in result.stdout
+    assert "did you mean 'izb_build.cycles'" in result.stderr
+    assert Path("out/report.html").is_file()
+    assert "finished" in archsim_("sweep", "table", "out").stdout
+
+
+def test_a_row_of_a_table_stays_on_its_line(inline):
+    archsim_("sweep", "small.yaml", "--out", "out")
+
+    lines = [line for line in archsim_("sweep", "table", "out").stdout.splitlines() if "finished" in line]
+    assert len(lines) == 4
+    assert all("KiB" in line for line in lines)
+
+
+def test_a_sweep_starts_from_a_packaged_run_by_its_name():
+    Path("named.yaml").write_text(dump({**SWEEP, "run": "tiny"}))
+    Path("misnamed.yaml").write_text(dump({**SWEEP, "run": "runs/tinny.yaml"}))
+
+    assert "archsim run runs/tiny.yaml" in archsim_("sweep", "named.yaml", "--dry-run").stdout
+    for verb in (["sweep"], ["config", "check"]):
+        stderr = archsim_(*verb, "misnamed.yaml", exit_code=2).stderr
+        assert stderr == (
+            "misnamed.yaml:2:6: no such file: 'runs/tinny.yaml'; did you mean 'runs/tiny.yaml'?\n"
+        )
 
 
 def test_packaged_sweeps_are_found_from_everywhere():

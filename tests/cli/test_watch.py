@@ -20,11 +20,13 @@ def test_it_shows_what_runs_what_failed_and_what_is_left():
         table.started(1, "archsim run a")
         table.started(2, "archsim run b")
         table.started(3, "rendering for 3 points")
+        table.started(4, "archsim run c" + 60 * " --set" + " last=1")
         table.ended(1, "archsim run a", Done(1.0))
         table.ended(2, "archsim run b", Done(1.0, "Traceback\nno memory"))
 
         text = shown(table)
 
     assert "rendering for 3 points" in text
-    assert "6 of 10 points, 1 failed, about" in text
+    assert " 6 of 10 points, 1 failed, about" in text
+    assert "last=1" in text  # in what a point differs comes last
     assert "no memory  [archsim run b]" in text

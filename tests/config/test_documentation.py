@@ -18,6 +18,7 @@ from archsim.config.documentation import (
 from archsim.config.run import RunConfig
 from archsim.config.section import Section
 from archsim.config.sweep import SweepConfig
+from archsim.config.walkthrough import WalkthroughConfig
 from archsim.errors import ArchsimError
 from archsim.units import Bytes
 
@@ -40,7 +41,7 @@ class Sample(Section):
 
 @pytest.mark.parametrize(
     "section",
-    [*sections_below(RunConfig), *sections_below(SweepConfig)],
+    [*sections_below(RunConfig), *sections_below(SweepConfig), *sections_below(WalkthroughConfig)],
     ids=lambda section: section.__name__,
 )
 def test_every_key_has_a_comment(section):

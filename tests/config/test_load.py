@@ -16,13 +16,17 @@ from archsim.config import (
     MachineConfig,
     RunConfig,
     SceneConfig,
+    WalkthroughConfig,
     load_any,
     load_machine,
     load_run,
     load_run_with_origins,
     load_scene,
+    load_sweep,
     resolved_yaml,
 )
+from archsim.config.dram import DramConfig
+from archsim.errors import ArchsimError
 
 CONFIGS = resources.root() / "configs"
 
@@ -154,3 +158,27 @@ def test_importing_configurations_imports_nothing_heavy():
 )
 def test_the_keys_tell_what_a_file_describes(path, kind):
     assert isinstance(load_any(path), kind)
+
+
+def test_walkthroughs_and_components_by_themselves_are_told_apart_too():
+    walkthrough = resources.experiment("aila2004") / "knights.yaml"
+    assert isinstance(load_any(walkthrough), WalkthroughConfig)
+    assert isinstance(load_any("dram/hbm2.yaml"), DramConfig)
+
+
+def test_a_drawn_range_is_checked_in_plain_words(tmp_path):
+    """Of a range and a list, either of which may be there, what is said is about the one that is."""
+    path = tmp_path / "sweep.yaml"
+    path.write_text(
+        "name: s\nrun: tiny\nparameters:\n"
+        "- random: {count: 2, seed: 1, values: {seed: {low: 5, high: 3}, a: {low: x, high: 2}, b: 7}}\n"
+    )
+    with pytest.raises(ArchsimError) as caught:
+        load_sweep(path)
+
+    values = "parameters.0.random.values"
+    assert [problem.what for problem in caught.value.problems] == [
+        f"{values}.seed.high: must be at least low, 5",
+        f"{values}.a.low: must be a number, not 'x'",
+        f"{values}.b: must be a list, not 7",
+    ]

@@ -66,7 +66,7 @@ def test_all_problems_come_at_once_in_the_order_of_the_text(write, problems):
         "run.yaml:22:17: machine.components.foo.kind: must be a known kind, not 'cashe'; did you mean 'cache'?",
         "run.yaml:23:10: machine.components.bar: must be a mapping of keys, not 5",
         "run.yaml:24:5: missing key 'machine.components.baz.kind'",
-        "run.yaml:25:5: machine.components.b.c: must be a name of letters, digits, '_' and '-', not 'b.c'",
+        "run.yaml:25:5: machine.components.b.c: must be a name of letters a to z, digits, '_' and '-', not 'b.c'",
         "run.yaml:26:29: machine.components.dram.timing.n_refi: must be at least 4 (n_rfc + n_rc), 92, "
         "or 0 for no refresh",
         "run.yaml:26:38: machine.components.dram.timing.n_rc: must be at least n_ras + n_rp, 14",
@@ -95,7 +95,10 @@ def test_all_problems_come_at_once_in_the_order_of_the_text(write, problems):
         ("<x>=1", "unknown key '<x>'"),
         ("[key]=1", "unknown key '[key]'"),
         ("{a}=1", "unknown key '{a}'"),
-        ("scene.name='a/b'", "scene.name: must be a name of letters, digits, '_' and '-', not 'a/b'"),
+        (
+            "scene.name='a/b'",
+            "scene.name: must be a name of letters a to z, digits, spaces and any of _ . + -, not 'a/b'",
+        ),
         ("name=null", "name: must be text, not null"),
         ("workload.kind=ibz", "workload.kind: must be a known kind, not 'ibz'; did you mean 'izb'?"),
         (

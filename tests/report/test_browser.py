@@ -20,6 +20,8 @@ CHROMIUM = next(
     (path for name in ("chromium", "chromium-browser", "google-chrome") if (path := shutil.which(name))), ""
 )
 
+FRAME = 100  # lines of a window, at the most, that the browser takes for itself and leaves blank
+
 
 def in_browser(folder, page, *options):
     words = [
@@ -38,10 +40,11 @@ def shown(folder, html, height):
     page = folder / "report.html"
     page.write_text(html)
 
-    in_browser(folder, page, f"--window-size=1250,{height}", f"--screenshot={folder}/page.png")
+    window = f"--window-size=1250,{height + FRAME}"
+    in_browser(folder, page, window, f"--screenshot={folder}/page.png")
     text = in_browser(folder, page, "--dump-dom")
 
-    picture = imread(folder / "page.png")[..., :3]
+    picture = imread(folder / "page.png")[:height, :, :3]
     assert picture.shape[:2] == (height, 1250)
     assert np.ptp(picture.reshape(-1, 3), axis=0).min() > 0.5
     inked = (picture.mean(axis=2) < 0.9).mean(axis=1)

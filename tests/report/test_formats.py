@@ -2,7 +2,7 @@
 
 import pytest
 
-from archsim.report.formats import number, percent, words
+from archsim.report.formats import number, percent, setting, words
 
 
 @pytest.mark.parametrize(
@@ -13,6 +13,7 @@ from archsim.report.formats import number, percent, words
         (19.923, "19.92"),
         (0.00012345, "0.0001234"),
         (1024.0, "1,024"),
+        (3610.4, "3,610"),
         (5.0, "5"),
         ([75, 118], "75 - 118"),
         (True, "yes"),
@@ -34,3 +35,11 @@ def test_errors_are_signed(error, text):
 
 def test_names_become_words():
     assert words("izb_build.cycles_per_point") == "izb build: cycles per point"
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [("2 KiB", "2 KiB"), ((64, 48), "[64, 48]"), (None, "null"), (True, "true"), (1000, "1000")],
+)
+def test_settings_look_as_they_are_written(value, text):
+    assert setting(value) == text

@@ -1,10 +1,13 @@
 """The report of a run: one whole page with the numbers in it."""
 
+import re
+
 import numpy as np
 import pytest
 
 from archsim.report.run_page import cache_outcomes, roof_of, row_outcomes, run_report, speed_of_light
-from archsim.report.statistics import Phase, phases, unit_waits
+from archsim.report.statistics import Phase, phases, unit_cycles, unit_waits
+from archsim.report.time_figures import latency_plot
 from archsim.run.result import Check, Series, Statistic
 from tests.report.pages import check_self_contained
 from tests.run.results import CONFIG_YAML, MANIFEST, make_result
@@ -130,6 +133,7 @@ def test_a_pipelines_units_show_what_they_waited_for():
 
     waits = {"no_work": 10.0, "dram.queue": 12.0, "dram.bus": 18.0}
     assert unit_waits(result) == {"volumes": {"stage_1": waits}}
+    assert unit_cycles(result) == {"volumes": {"stage_1": {"busy": 60.0, "no_work": 10.0, "dram": 30.0}}}
 
 
 def test_units_and_fifos_are_bands_over_time():
@@ -154,3 +158,22 @@ def test_units_and_fifos_are_bands_over_time():
         assert text in shown.text, text
     pictures = [load for load in shown.loads if load.startswith("data:image/png")]
     assert len(pictures) >= len(("busy", "fill"))
+
+
+def test_a_heat_maps_unit_is_on_its_colour_bar_and_a_slivers_title_is_whole():
+    sliver = make_result(maps={"map_left: depth, y' upwards [0 nearest]": np.ones((400, 20), np.float32)})
+
+    shown = page(sliver)
+
+    assert "[fragments]" in page(make_result()).text
+    assert "map_left: depth, y' upwards" in shown.text
+    assert "[0 nearest]" in shown.text
+
+
+def test_requests_that_were_answered_stay_answered():
+    """The line ends at its top: where the last request was answered nothing falls back to none."""
+    figure = latency_plot("izb build", {"l1": np.bincount([1, 1, 20], minlength=128)}, "key")
+
+    line, _legend = re.findall(r'<path d="([^"]*)"[^>]*stroke: #56b4e9; stroke-width: 1.4', figure)
+    heights = [float(point.split()[1]) for point in re.findall(r"[ML] ([\d. ]+)", line)]
+    assert heights[-1] == min(heights) < max(heights)

@@ -3,6 +3,7 @@
 import pytest
 
 from archsim.report.sweep_page import sweep_report
+from archsim.sweep.table import load_table
 from tests.report.pages import check_self_contained
 from tests.sweep.test_conduct import conducted
 
@@ -18,6 +19,11 @@ def test_the_page_holds_points_front_effects_and_failures(tmp_path, metrics):
     assert "must be sets x ways x line" in page.text
     assert "Pareto front" in page.text
     assert "What moves izb_build.cycles" in page.text
+    assert f"{load_table(tmp_path)['izb_build.cycles'].min():,.0f} cycles" in " ".join(page.text.split())
+    assert "izb build: cycles, the least" in page.text
+    assert "izb_build.cycles [cycles]" in page.text
+    assert "archsim run runs/tiny.yaml" in page.text
+    assert "code digest" in page.text
 
 
 def test_a_sweep_without_results_has_a_page(tmp_path):

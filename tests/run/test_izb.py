@@ -38,7 +38,7 @@ def test_the_same_run_gives_the_same_result(tiny):
 
 def test_what_the_raster_kernel_spends_on_pixels_and_on_fragments_is_all_of_it(tiny):
     """5 instructions a grid fragment are no pixel's."""
-    on_pixels = np.nansum(tiny.maps["Raster instructions on each pixel's node"])
+    on_pixels = np.nansum(tiny.maps["Issue cycles of the raster kernel on each pixel [cycles]"])
     on_fragments = 5 * tiny.value("workload.grid_fragments_post_stencil")
     assert on_pixels + on_fragments == tiny.value("izb_raster.instructions")
 

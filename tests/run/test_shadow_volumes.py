@@ -107,3 +107,12 @@ def test_every_read_is_in_the_distribution_of_latencies():
     assert cache.sum() == result.value("shadow_volumes.psv_cache.accesses") + result.value(
         "shadow_volumes.psv_cache.clears"
     )
+
+
+def test_every_tile_is_in_the_histogram_of_updates():
+    """72 x 56 pixels in tiles of 8 x 8; brute force updates more of them."""
+    hierarchical, brute_force = run(), run("workload.variant=brute_force")
+
+    (few,), (many,) = hierarchical.histograms, brute_force.histograms
+    assert few.counts.sum() == many.counts.sum() == 9 * 7
+    assert few.counts[0] > many.counts[0]

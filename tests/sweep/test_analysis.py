@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from archsim.errors import ArchsimError
-from archsim.sweep.analysis import amounts, finding, knee, pareto_front, sensitivity
+from archsim.sweep.analysis import AS_IN_THE_RUN, amounts, finding, in_order, knee, pareto_front, sensitivity
 
 
 def table(**columns) -> pd.DataFrame:
@@ -93,4 +93,19 @@ def test_nothing_finished_is_no_error():
 
     assert len(pareto_front(points, ["cycles"])) == 0
     assert knee(pareto_front(points, ["cycles"]), ["cycles"]) is None
+    assert len(pareto_front(points, [])) == 0
     assert sensitivity(points, ["threads"], "cycles")["range_percent"].tolist() == [0]
+
+
+def test_values_are_in_the_order_of_their_amounts():
+    points = table(size=["4 KiB", "512 B", None, "1 KiB"], order=["b", "a", None, "b"])
+
+    assert in_order(points, "size") == [AS_IN_THE_RUN, "512 B", "1 KiB", "4 KiB"]
+    assert in_order(points, "order") == ["b", "a", AS_IN_THE_RUN]
+
+
+def test_points_without_the_metric_say_nothing_about_it():
+    points = table(cycles=[10, np.nan, 30], threads=[1, 1, 2])
+
+    assert sensitivity(points, ["threads"], "cycles")["range_percent"].tolist() == [100]
+    assert finding(points, ["threads"], "cycles").startswith("cycles is least, 10, with threads 1")

@@ -12,7 +12,7 @@ from archsim.run.folder import result_json
 from archsim.sweep.job import Done, PointJob, RenderJob, perform
 from archsim.sweep.plan import make_plan
 from archsim.sweep.start import run_sweep
-from archsim.sweep.store import is_finished, only_one, read_failure, read_index
+from archsim.sweep.store import check_folder, is_finished, only_one, read_failure, read_index
 from archsim.sweep.watch import SilentWatch
 from tests.sweep.small import InlineWorkers, sweep
 
@@ -163,3 +163,24 @@ def test_the_index_lists_all_points_in_order(tmp_path):
     (tmp_path / "sweep.json").write_text("{}")
     with pytest.raises(ArchsimError, match="is broken"):
         read_index(tmp_path)
+
+
+def test_a_point_that_is_written_in_two_ways_is_done_once(tmp_path):
+    sizes = [{"grid": {"machine.components.l2.size": ["1 KiB", "1024 B", "2 KiB"]}}]
+
+    tally, workers, watch, points = conducted(tmp_path, parameters=sizes)
+
+    assert len(points) == 3
+    assert (tally.finished, watch.points) == (2, 2)
+    assert sum(isinstance(job, PointJob) for job in workers.jobs) == 2
+
+
+def test_a_sweep_that_was_just_begun_can_be_begun_again(tmp_path):
+    """Another shard has made its lock, or a process was killed before it wrote the index."""
+    (tmp_path / ".1of2.lock").touch()
+    (tmp_path / "run.yaml").touch()
+    check_folder(tmp_path)
+
+    (tmp_path / "thesis.tex").touch()
+    with pytest.raises(ArchsimError, match="something else than a sweep"):
+        check_folder(tmp_path)

@@ -4,7 +4,8 @@ import duckdb
 import pandas as pd
 import pytest
 
-from archsim.sweep.table import load_table, metrics_of, parameters_of, write_table
+from archsim.errors import ArchsimError
+from archsim.sweep.table import check_metrics, load_table, metrics_of, parameters_of, units_of, write_table
 from tests.sweep.test_conduct import conducted
 
 
@@ -60,3 +61,19 @@ def test_what_a_point_does_not_set_is_missing(tmp_path):
     assert table["workload.pixel_tile"][0] == "[8, 8]"
     assert table["workload.pixel_tile"].isna().tolist() == [False, True]
     assert table["workload.locks"].isna().tolist() == [True, False]
+    assert table["workload.locks"][1] == 2
+    assert str(table["workload.locks"][1]) == "2"
+
+
+def test_a_metric_that_no_point_has_is_named(folder, tmp_path):
+    conducted(tmp_path, metrics=("izb_buidl.cycles", "izb_raster.cycles"))
+    table = load_table(tmp_path)
+
+    assert metrics_of(tmp_path, table) == ["izb_raster.cycles"]
+    with pytest.raises(ArchsimError, match=r"'izb_buidl\.cycles'; did you mean 'izb_build\.cycles'"):
+        check_metrics(tmp_path, table)
+    check_metrics(folder, load_table(folder))
+
+
+def test_units_are_those_of_the_statistics(folder):
+    assert units_of(folder)["izb_build.cycles"] == "cycles"

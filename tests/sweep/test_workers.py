@@ -6,6 +6,7 @@ import time
 
 import pytest
 
+from archsim.errors import ArchsimError
 from archsim.sweep.job import Done, RenderJob
 from archsim.sweep.workers import DaskWorkers, LocalWorkers
 from tests.sweep.test_conduct import conducted
@@ -75,6 +76,17 @@ def test_a_dask_cluster_does_a_sweep(tmp_path):
         tally, _, watch, _ = conducted(tmp_path, workers)
 
     assert (tally.finished, tally.failed, watch.errors) == (4, 0, [])
+
+
+@pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "nonsense://nowhere"])
+def test_a_scheduler_that_is_not_there_is_named(address):
+    from dask import config
+
+    with (
+        config.set({"distributed.comm.timeouts.connect": "1s"}),
+        pytest.raises(ArchsimError, match=f"no Dask scheduler at '{address}'"),
+    ):
+        DaskWorkers(address)
 
 
 def test_one_process_compiles_before_the_others_begin(tmp_path):
