@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import yaml
@@ -56,6 +57,7 @@ MACHINES = {
 PICTURES = {
     "pixels tile by tile in memory": ["workload.pixel_layout=tiles"],
     "nodes from a pool": ["workload.node_layout=pool"],
+    "list heads of 4 bytes": ["workload.head_bytes=4"],
     "pixel tiles dealt in blocks": ["workload.tile_order=block"],
     "pixels processed in scan lines": ["workload.pixel_tile=[64, 1]"],
     "pixel tiles of 16 x 4": ["workload.pixel_tile=[16, 4]"],
@@ -111,9 +113,17 @@ def both(overrides: list[str]) -> Iterator[str]:
         yield from (f"{before}{name}{after}" for name in inside.split(",")) if brace else (override,)
 
 
+def tables() -> dict[str, Any]:
+    """All that the paper prints."""
+    found: dict[str, Any] = yaml.safe_load(
+        (Path(__file__).parent / "printed.yaml").read_text(encoding="utf-8")
+    )
+    return found
+
+
 def printed(row: str) -> list[dict[str, float]]:
-    tables = yaml.safe_load((Path(__file__).parent / "printed.yaml").read_text(encoding="utf-8"))
-    return [tables[table][row.removeprefix(DRAWN)] for table in ("table3_build", "table4_raster")]
+    """The row of table 3 and that of table 4."""
+    return [tables()[table][row.removeprefix(DRAWN)] for table in ("table3_build", "table4_raster")]
 
 
 def show_printed(row: str) -> None:
