@@ -171,3 +171,11 @@ def test_a_stencil_of_physical_cells_lets_pass_what_shares_a_list(orders):
     heads = np.array([7, -1, 8, 9], np.int32)
     marked = orders.physical_stencil(logical, heads, grid)
     assert marked.tolist() == [[True, False, True, True], [True, True, True, False]]
+
+
+def test_pixels_beside_an_edge(experiment):
+    shadow = np.zeros((4, 5), np.bool_)
+    shadow[1, 1] = True
+    found = experiment("irregular_error").edges(shadow)
+    assert found[:3, :3].all()
+    assert found.sum() == 9
