@@ -20,7 +20,13 @@ from archsim.shadow.grid import Grid
 from archsim.shadow.map_quality import TILE, Stage, stage_of
 from archsim.shadow.shading import l2_difference
 
-OFFSETS = (0.0, 2.0**-12, 2.0**-9, 2.0**-6, 2.0**-3)  # cells; 2^-6 is what runs and figure 8 use
+OFFSETS = (
+    0.0,
+    2.0**-12,
+    2.0**-9,
+    2.0**-6,
+    2.0**-3,
+)  # cells; 0: the rounding error, as figure 8; 2^-6: as runs
 GRID = Grid(512, 512, 256, 256, 8, 8)  # of figure 8
 
 
