@@ -119,6 +119,7 @@ def _change_task(spec, state, cycle, number, turn):
     if state.fifo.ends[1] < state.tasks.num_tasks:
         run["horizon"] = cycle  # the source may go on
     if task == NO_TASK:
+        thread["compute"] = 0  # of the record that it has done
         turns.park(state.core, number)
         if state.fifo.ends[1] < state.tasks.num_tasks:
             core_model.join_idle(state.core, number)

@@ -42,7 +42,7 @@ def play(spec: Machine, state: State):
                     return status
 
         due = _next_due(state.core)
-        if run["horizon"] > cycle and run["horizon"] >= due:
+        if run["horizon"] > cycle and run["horizon"] >= due and due != NEVER:
             cycle = due
         else:
             run["cycle"] = cycle

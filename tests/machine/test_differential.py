@@ -54,6 +54,17 @@ def test_both_models_flush_alike(played):
     assert written_back or used.cache_writethroughs_out.sum() > 0
 
 
+@settings(quick, max_examples=300)
+@given(plays(many_tasks()), st.sampled_from([8, 31, 32, 33, 65]), st.sampled_from([1, 5, 40]))
+def test_both_models_agree_on_many_threads_that_compute(played, num_threads, longer):
+    """More threads than a word of a set holds, and more turns than one between two operations."""
+    spec, tasks = played
+    records = tasks.records.copy()
+    records["compute"] *= longer
+    core = spec.core._replace(num_threads=num_threads)
+    assert_equal_counters((spec._replace(core=core), tasks._replace(records=records)))
+
+
 @pytest.mark.slow
 @settings(quick, max_examples=5000)
 @given(plays(many_tasks()))

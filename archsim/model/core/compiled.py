@@ -51,7 +51,8 @@ _CORE_FIELDS = (
     "turn",  # number of the turn that the last issue belonged to
     "first",  # of `turns` of its threads
     "first_slot",  # cycle of that operation, or NEVER
-    "next_slot",  # first core cycle that has not been played
+    "next_slot",  # first cycle whose slot is not accounted for: it is still to come, or nobody has been ready since
+    "played_to",  # cycle in which the core was last looked at
     "next_wake",  # first cycle in which a thread wakes, as far as is known, or NEVER
     "useful",  # slots with an issue
     "tasks",  # finished

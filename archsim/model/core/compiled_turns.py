@@ -31,13 +31,14 @@ _PLACE = (1 << PLACE_BITS) - 1
 def play_to(state, core, cycle):
     """Let the core's ready threads, if there are any, issue in turn up to before `cycle`; none does its operation."""
     owner = state.cores[core]
-    if owner["next_slot"] < cycle and owner["num_ready"] > 0:
+    if owner["played_to"] < cycle and owner["next_slot"] < cycle and owner["num_ready"] > 0:
         owner["useful"] += cycle - owner["next_slot"]
         if owner["first_slot"] == cycle and owner["next_wake"] != cycle and not _ends(state, owner):
             _turn_to_first(state, core)
         else:
             _turn(state, core, cycle - owner["next_slot"])
         owner["next_slot"] = cycle
+    owner["played_to"] = cycle
 
 
 @inlined_step
