@@ -9,8 +9,6 @@ from archsim.machine.counters import no_counters
 from archsim.machine.pipeline.build import pipeline_machine
 from archsim.machine.series import sample_of
 from archsim.run import simulate
-from archsim.run.kinds import kind_of
-from archsim.run.progress import silent
 from archsim.run.series import INTERVALS, MOST_INTERVALS, Interval, Recorder
 
 TINY = load_run("runs/tiny.yaml")
@@ -109,13 +107,3 @@ def test_kernels_and_the_pipeline_beside_them_tell_theirs():
     for phase in ("hsv_clear", "hsv_stage1", "hsv_stage2"):
         useful = 100 * result.value(f"{phase}.instructions") / cores
         assert sums_to(result.series[phase], "useful_percent", useful)
-
-
-def test_work_that_was_rendered_before_is_told_the_same():
-    config = load_run("runs/tiny.yaml", ("scene.resolution=[16,12]", "statistics.interval_cycles=500"))
-    kind = kind_of(config)
-    rendered = kind.rendering.render(config)
-
-    replayed = kind.rendering.replay(config, rendered, silent)
-    assert replayed.series == simulate(config).series
-    assert replayed.series.keys() == {"izb_clear", "izb_build", "izb_raster"}
