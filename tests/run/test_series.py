@@ -9,6 +9,7 @@ from archsim.machine.counters import no_counters
 from archsim.machine.pipeline.build import pipeline_machine
 from archsim.machine.series import sample_of
 from archsim.run import simulate
+from archsim.run.folder import plain
 from archsim.run.series import INTERVALS, MOST_INTERVALS, Interval, Recorder
 
 TINY = load_run("runs/tiny.yaml")
@@ -35,6 +36,20 @@ def test_an_interval_is_the_difference_of_its_ends():
 
     assert values["until_cycle"] == 300
     assert values["dram.row_hit_percent"] == 100 * 2 / 4
+
+
+def test_an_interval_without_requests_has_no_hit_rate():
+    recorder = Recorder(10, MACHINE)
+    for cycle, number in ((10, 4), (20, 4), (30, 8)):
+        lookups = np.full_like(NOTHING.cache_hits, number)
+        recorder.take(sample(cycle, classified=number, lookups=lookups, hits=0 * lookups))
+
+    series = recorder.series()
+
+    for name in ("dram.row_hit_percent", "l2.hit_percent"):
+        np.testing.assert_array_equal(series.columns[name], [0, np.nan, 0])
+        assert plain(series.columns[name]) == [0, None, 0]
+    assert series.columns["dram.bandwidth_bytes_per_cycle"] == [0, 0, 0]
 
 
 def test_a_run_tells_its_series_when_asked_to():

@@ -24,6 +24,7 @@ FUNCTIONAL = {
     C + "psv_cache.size",
     C + "delay_stream.size",
     C + "evaluator.design",
+    C + "evaluator.kept_lines",  # of designs with a table; the others are told nothing of it
     C + "z_cache.codec",
     C + "z_cache.size",
     C + "z_cache.tile",
