@@ -39,6 +39,8 @@ class GridConfig(Section):
     pixel_layout: Literal["rows", "tiles"] = "rows"
     # pixel: a sample's node lies at its pixel's place; pool: threads take the next free nodes
     node_layout: Literal["pixel", "pool"] = "pixel"
+    # from one list head to the next; 16 where loads and stores have 128 bits only
+    head_bytes: Literal[4, 16] = 4
     locks: Annotated[int, Field(ge=1, le=256)] = (
         256  # on-chip locks that building uses; a cell has one of them
     )

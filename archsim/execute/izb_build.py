@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from archsim.execute.interpreter import execute
-from archsim.execute.izb_memory import IzbMemory, Structure
+from archsim.execute.izb_memory import IzbMemory, Structure, spread_heads
 from archsim.isa.assembler import load_kernel
 from archsim.shadow.grid import Grid
 from archsim.shadow.pixel_tiles import PixelTiles, populated_tiles
@@ -26,15 +26,16 @@ def build_work(
 ) -> Work:
     """One task for each tile in `order`. The lists are in memory when the work has been drawn to its end."""
     constant = constants(memory, grid, tiles, transform)
-    return chunked(len(order), _execute(memory, constant, attributes(memory, tiles)[order]))
+    return chunked(len(order), _execute(memory, grid, constant, attributes(memory, tiles)[order]))
 
 
-def _execute(memory: IzbMemory, constant: np.ndarray, attribute: np.ndarray) -> Iterator[Tasks]:
+def _execute(memory: IzbMemory, grid: Grid, constant: np.ndarray, attribute: np.ndarray) -> Iterator[Tasks]:
     program = load_kernel(KERNELS[Structure(memory.storage.structure)])
     for start in range(0, len(attribute), CHUNK_TASKS):
         chunk = attribute[start : start + CHUNK_TASKS]
         tasks = execute(program, chunk, constant, memory.windows, memory.words).tasks
         _share_locks(tasks, memory.storage.num_locks)
+        spread_heads(memory, grid, tasks)
         yield tasks
 
 

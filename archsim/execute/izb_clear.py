@@ -18,7 +18,7 @@ ELEMENTS = 64  # of 16 bytes that a task clears
 
 def clear_work(memory: IzbMemory, grid: Grid) -> Work:
     """One task for each KiB; stencil first."""
-    attribute = attributes(grid)
+    attribute = attributes(memory, grid)
     return chunked(len(attribute), _execute(memory, attribute))
 
 
@@ -28,11 +28,12 @@ def _execute(memory: IzbMemory, attribute: np.ndarray) -> Iterator[Tasks]:
     yield execute(load_kernel("izb_clear"), attribute, constant, memory.windows, memory.words).tasks
 
 
-def attributes(grid: Grid) -> np.ndarray:
+def attributes(memory: IzbMemory, grid: Grid) -> np.ndarray:
     """float32 [tasks, 1, 4]: v[0] of the kernel."""
     runs = []
-    for window, num_words in enumerate((grid.num_logical_cells, grid.num_physical_cells)):
-        num_elements = -(-num_words * WORD // NODE)
+    sizes = grid.num_logical_cells * WORD, grid.num_physical_cells * memory.storage.head_bytes
+    for window, num_bytes in enumerate(sizes):
+        num_elements = -(-num_bytes // NODE)
         for first in range(0, num_elements, ELEMENTS):
             runs.append((-min(ELEMENTS, num_elements - first), first, 0, window))
     return np.array(runs, np.float32)[:, None]

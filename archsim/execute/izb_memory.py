@@ -2,6 +2,8 @@
 
 Window B0: stencil (4 bytes a logical cell), then reciprocal eye depths (8 bytes a pixel pair).
 Window B1: list heads (4 bytes a physical cell), then list nodes (16 bytes a sample: x, y, depth, next).
+A head may take a whole 16 bytes, as it must where loads and stores have 128 bits only ([Johnson04] sec. 6): the kernels
+number heads by words in any case, and `spread_heads` moves them apart in what is played.
 Both end with a guard element that holds no data. A list head or `next` is a node index in B1, 0 ends a list.
 With a k-d tree in each cell, heads are roots and nodes are x, y and two links (kernels/izb_build_kd.s).
 
@@ -22,6 +24,7 @@ from archsim.execute.memory import Window, new_memory
 from archsim.isa.program import NUM_LOCKS
 from archsim.shadow.grid import Grid
 from archsim.shadow.pixel_tiles import PixelTiles, image_order
+from archsim.trace.records import Op, Tasks
 
 WORD, PAIR, NODE = 4, 8, 16  # bytes
 MAX_INDEX = 2**24  # integers that a float32 register holds exactly
@@ -41,6 +44,7 @@ class Storage(NamedTuple):
     num_locks: int = NUM_LOCKS  # of those on the chip, how many the build kernel uses
     pool_threads: int = 0  # threads that take nodes from one pool; 0: a node lies at its pixel's place
     by_tiles: bool = False  # pixels lie tile by tile instead of row by row of the image
+    head_bytes: int = WORD  # from one list head to the next: WORD or NODE
 
 
 LISTS = Storage()
@@ -70,7 +74,7 @@ def lay_out(grid: Grid, tiles: PixelTiles, order: np.ndarray, storage: Storage =
     if storage.pool_threads:
         node_of_sample, sample_of_node = _from_pool(tiles, order, storage.pool_threads)
     first_pair = _ceil_div(grid.num_logical_cells * WORD, NODE) * NODE // PAIR
-    first_node = max(1, _ceil_div(grid.num_physical_cells * WORD, NODE))
+    first_node = max(1, _ceil_div(grid.num_physical_cells * storage.head_bytes, NODE))
     num_pixels = tiles.reciprocal_depth.size
     num_nodes = len(sample_of_node)
     largest_node = (first_node + num_nodes) * (NODE // WORD if storage.structure == Structure.KD_TREE else 1)
@@ -101,6 +105,18 @@ def _from_pool(tiles: PixelTiles, order: np.ndarray, pool_threads: int) -> tuple
     sample_of_node = np.zeros(-(-len(order) // pool_threads) * pool_threads * per_tile, np.int32)
     sample_of_node[nodes] = samples
     return node_of_sample, sample_of_node
+
+
+def spread_heads(memory: IzbMemory, grid: Grid, tasks: Tasks) -> None:
+    """Give the accesses to list heads the addresses and the width that heads of `head_bytes` have; in place."""
+    if memory.storage.head_bytes == WORD:
+        return
+    records, base = tasks.records, memory.windows[1].base
+    index = (records["address"] - base) // WORD
+    access = (records["op"] == Op.LOAD) | (records["op"] == Op.STORE)
+    head = np.flatnonzero(access & (index >= 0) & (index < grid.num_physical_cells))
+    records["address"][head] = base + index[head] * memory.storage.head_bytes
+    records["bytes"][head] = memory.storage.head_bytes
 
 
 def heads(memory: IzbMemory, grid: Grid) -> np.ndarray:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from archsim.execute.interpreter import execute
-from archsim.execute.izb_memory import IzbMemory, Structure, samples_of
+from archsim.execute.izb_memory import IzbMemory, Structure, samples_of, spread_heads
 from archsim.isa.assembler import load_kernel
 from archsim.raster.conservative import GridFragments
 from archsim.shadow.grid import Grid
@@ -38,6 +38,7 @@ def _execute(
         attribute = attributes(grid, occluders, fragments, slice(start, start + CHUNK_TASKS))
         done = execute(program, attribute, constant, memory.windows, memory.words)
         output(samples_of(memory, done.emitted_address), done.emitted_value)
+        spread_heads(memory, grid, done.tasks)
         yield done.tasks
 
 

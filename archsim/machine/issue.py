@@ -11,6 +11,7 @@ from archsim.machine.waits import IN_PARTS
 from archsim.model.cache.compiled_state import CLEAR, READ, WRITE, Request
 from archsim.model.compiled import NEVER, inlined_step, step
 from archsim.model.core import compiled as core_model
+from archsim.model.core import compiled_turns as turns
 from archsim.model.core.compiled import NO_TASK, NO_THREAD
 from archsim.model.core.spec import TaskOrder
 from archsim.model.fifo import compiled as fifo_model
@@ -41,7 +42,7 @@ def make_task(spec: Machine, state: State, cycle):
     unit_model.start_interval(spec.source, state.source, cycle)
     if core_model.num_idle(state.core) > 0:
         state.fifo.ends[0] = task + 1
-        core_model.hand_to_idle(state.core, cycle, task)
+        turns.wake_now(state.core, cycle, core_model.hand_to_idle(state.core, task))
     if task + 1 == state.tasks.num_tasks:
         core_model.retire_idle(state.core)
 
@@ -49,9 +50,9 @@ def make_task(spec: Machine, state: State, cycle):
 @inlined_step
 def issue(spec: Machine, state: State, cycle, core):
     """Let a core that is due in `cycle` catch up, wake threads, and do the operation whose turn it may be."""
-    core_model.play_to(state.core, core, cycle)
-    core_model.join_woken(state.core, cycle, core)
-    place, turn = core_model.next_in_turn(state.core, core)
+    turns.play_to(state.core, core, cycle)
+    turns.join_woken(state.core, cycle, core)
+    place, turn = turns.next_in_turn(state.core, core)
     if place != NO_THREAD and _is_at_end(state, core, place, turn):
         place, turn = _pass_ends(spec, state, cycle, core, place, turn)
         if place == _NEEDS_TASKS_FIRST:
@@ -59,11 +60,11 @@ def issue(spec: Machine, state: State, cycle, core):
     if place != NO_THREAD:
         number = _number_of(state, core, place)
         _charge_empty_slots(spec, state, cycle, core, number)
-        if core_model.does_operation(state.core, number, turn):
-            core_model.use_slot(state.core, cycle, core, place, turn)
+        if turns.does_operation(state.core, number, turn):
+            turns.use_slot(state.core, cycle, core, place, turn)
             if not _operate(spec, state, cycle, core, number, turn):
                 return BAD_UNLOCK
-    core_model.plan(state.core, core)
+    turns.plan(state.core, core)
     return PLAYED
 
 
@@ -77,7 +78,7 @@ def _number_of(state, core, place):
 def _is_at_end(state, core, place, turn):
     """Whether the thread has come to the end of its task."""
     number = _number_of(state, core, place)
-    return state.core.threads[number]["op"] == Op.END and core_model.does_operation(state.core, number, turn)
+    return state.core.threads[number]["op"] == Op.END and turns.does_operation(state.core, number, turn)
 
 
 @step
@@ -86,7 +87,7 @@ def _pass_ends(spec, state, cycle, core, place, turn):
     while place != NO_THREAD and _is_at_end(state, core, place, turn):
         if not _change_task(spec, state, cycle, _number_of(state, core, place), turn):
             return _NEEDS_TASKS_FIRST, turn
-        place, turn = core_model.next_in_turn(state.core, core)
+        place, turn = turns.next_in_turn(state.core, core)
     return place, turn
 
 
@@ -118,7 +119,7 @@ def _change_task(spec, state, cycle, number, turn):
     if state.fifo.ends[1] < state.tasks.num_tasks:
         run["horizon"] = cycle  # the source may go on
     if task == NO_TASK:
-        core_model.park(state.core, number)
+        turns.park(state.core, number)
         if state.fifo.ends[1] < state.tasks.num_tasks:
             core_model.join_idle(state.core, number)
         return True
@@ -129,7 +130,7 @@ def _change_task(spec, state, cycle, number, turn):
     _take(spec, state, thread)
     thread["task"] = task
     core_model.read_record(thread, state.tasks.records, state.tasks.starts[position])
-    core_model.go_on(state.core, number, turn)
+    turns.go_on(state.core, number, turn)
     return True
 
 
@@ -160,15 +161,15 @@ def _operate(spec, state, cycle, core, number, turn):
     cursor, op = thread["cursor"], thread["op"]
     address, num_bytes = state.tasks.records[cursor]["address"], state.tasks.records[cursor]["bytes"]
     core_model.read_record(thread, state.tasks.records, cursor + 1)
-    core_model.go_on(state.core, number, turn + 1)
+    turns.go_on(state.core, number, turn + 1)
     if op == Op.LOAD or op == Op.STORE or op == Op.CLEAR:
-        core_model.park(state.core, number)
+        turns.park(state.core, number)
         kind = READ if op == Op.LOAD else WRITE if op == Op.STORE else CLEAR
         memory.access(spec, state, cycle, core, Request(address, num_bytes, kind, number))
     elif op == Op.LOCK:
         if not locks_model.take(state.locks, cycle, address, number):
             thread["reason"] = STALL_LOCK
-            core_model.park(state.core, number)
+            turns.park(state.core, number)
     elif op == Op.UNLOCK:
         return _unlock(state, cycle, address, number)
     else:
@@ -185,5 +186,5 @@ def _unlock(state, cycle, lock, number):
         return False
 
     if heir != NOBODY:
-        core_model.wake_at(state.core, cycle + 1, heir)
+        turns.wake_at(state.core, cycle + 1, heir)
     return True

@@ -13,7 +13,7 @@ from archsim.machine.issue import BAD_UNLOCK, NEEDS_TASKS, PLAYED, issue, make_t
 from archsim.machine.memory import deliver_due, look_up_due, play_dram
 from archsim.machine.state import Machine, State
 from archsim.model.compiled import NEVER, inlined_step
-from archsim.model.core.compiled import play_all_to
+from archsim.model.core.compiled_turns import play_all_to
 
 OVER, NEEDS_ROOM, PAUSED = (
     BAD_UNLOCK + n for n in (1, 2, 3)

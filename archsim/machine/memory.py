@@ -29,7 +29,7 @@ from archsim.model.cache.compiled_state import (
 from archsim.model.cache.spec import DRAM_PARENT, Arbiter, VictimOrder
 from archsim.model.causes import AT_CACHE, AtCache
 from archsim.model.compiled import NEVER, inlined_step, step
-from archsim.model.core import compiled as core_model
+from archsim.model.core import compiled_turns as turns
 from archsim.model.dram import compiled as dram_model
 from archsim.model.dram.compiled import NO_REQUESTER
 
@@ -215,7 +215,7 @@ def _answer_hit(state, arrival, cache, requester):
     if requester >= 0:
         thread = state.core.threads[requester]
         thread["reason"] = STALL_MEMORY + AT_CACHE * cache + _LOOKUP
-        core_model.wake_at(state.core, arrival, requester)
+        turns.wake_at(state.core, arrival, requester)
     else:
         _answer_fetch(state, arrival, cache, requester)
 
@@ -412,4 +412,4 @@ def _wake(state, cycle, level, number):
     thread = state.core.threads[number]
     waits.count_latency(state.waits, level, cycle - state.waits.threads[number]["asked"])
     thread["reason"] = IN_PARTS
-    core_model.wake_now(state.core, cycle, number)
+    turns.wake_now(state.core, cycle, number)

@@ -16,7 +16,6 @@ from archsim.shadow.map_quality import METHODS, Point, quality, stage_of
 
 NUMBER = 8
 TITLE = "Image error over the number of shadow-map samples, both lights of the level together"
-RESOLUTION = "[640, 512]"  # a quarter of the paper's pixels: the biases are sought for every map
 SIZES = (64, 128, 256, 512, 1024, 2048, 4096)  # texels on a side of conventional maps
 NUM_LEVELS = 8  # of adaptive maps, the finest of 4096 texels on a side
 
@@ -24,7 +23,7 @@ NUM_LEVELS = 8  # of adaptive maps, the finest of 4096 texels on a side
 def reproduce(progress: Progress = silent, overrides: Iterable[str] = ()) -> list[Point]:
     """The points of all methods, by method and size."""
     path = resources.experiment("johnson2004") / "doom_light0.yaml"
-    config = load_run(path, [f"scene.resolution={RESOLUTION}", *overrides])
+    config = load_run(path, overrides)
     return measure(load_scene(config.scene), SIZES, NUM_LEVELS, progress)
 
 

@@ -110,7 +110,8 @@ def _storage(workload: GridConfig, num_threads: int) -> Storage:
     """How the workload section wants samples to be stored."""
     pool = num_threads if workload.node_layout == "pool" else 0
     by_tiles = workload.pixel_layout == "tiles"
-    return Storage(Structure[workload.structure.upper()], workload.locks, pool, by_tiles)
+    structure = Structure[workload.structure.upper()]
+    return Storage(structure, workload.locks, pool, by_tiles, workload.head_bytes)
 
 
 def record(config: RunConfig) -> list[Recorded]:

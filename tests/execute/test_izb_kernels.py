@@ -50,7 +50,13 @@ def executed(scene, method, block=False, storage=LISTS):
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize(
     ("block", "storage"),
-    [(False, LISTS), (True, LISTS), (True, Storage(pool_threads=3)), (False, Storage(by_tiles=True))],
+    [
+        (False, LISTS),
+        (True, LISTS),
+        (True, Storage(pool_threads=3)),
+        (False, Storage(by_tiles=True)),
+        (False, Storage(head_bytes=16)),
+    ],
 )
 def test_equal_to_the_plain_algorithm(method, seed, block, storage):
     for plan, memory, expected, samples, depths, _ in executed(soup(seed, 30), method, block, storage):
@@ -171,6 +177,25 @@ def test_fewer_locks_are_shared():
     assert records["address"][~locking].max() > 1
 
 
+def test_heads_of_16_bytes_lie_apart_and_before_the_nodes():
+    """The k-th word of packed heads becomes the k-th 16 bytes; all other accesses move with the nodes or not at all."""
+    (_, memory, *_, packed), *_ = executed(soup(1, 30), METHODS[0])
+    (_, wide_memory, *_, wide), *_ = executed(soup(1, 30), METHODS[0], storage=Storage(head_bytes=16))
+    num_heads, base = METHODS[0].grid.num_physical_cells, memory.windows[1].base
+    assert wide_memory.windows[1].base == base
+    assert (memory.first_node, wide_memory.first_node) == (num_heads // 4, num_heads)
+
+    before, after = (np.concatenate([tasks.records for tasks in build]) for build in (packed, wide))
+    access = np.isin(before["op"], [Op.LOAD, Op.STORE])
+    inside = access & (before["address"] >= base) & (before["address"] < memory.windows[1].guard(16))
+    head, node = inside & (before["bytes"] == 4), inside & (before["bytes"] == 16)
+    np.testing.assert_array_equal(after["address"][head] - base, 4 * (before["address"][head] - base))
+    assert set(after["bytes"][head].tolist()) == {16}
+    assert set((after["address"][node] - before["address"][node]).tolist()) == {12 * num_heads}
+    elsewhere = ~access | (before["address"] < base)
+    np.testing.assert_array_equal(after[elsewhere], before[elsewhere])
+
+
 def test_clearing_touches_heads_and_stencil_and_nothing_else():
     scene = soup(1, 30)
     seen = eye_view(scene.mesh, scene.camera, scene.width, scene.height)
@@ -186,3 +211,6 @@ def test_clearing_touches_heads_and_stencil_and_nothing_else():
 
     np.testing.assert_array_equal(memory.words, before)
     assert (tasks.records["op"] == Op.STORE).sum() == 13 + 16
+    wide = memory._replace(storage=Storage(head_bytes=16))
+    (tasks,) = clear_work(wide, grid).chunks
+    assert (tasks.records["op"] == Op.STORE).sum() == 13 + 64

@@ -117,6 +117,7 @@ def test_a_broken_law_is_seen(tiny, monkeypatch):
         ["workload.structure=kd_tree"],
         ["workload.node_layout=pool"],
         ["workload.pixel_layout=rows"],
+        ["workload.head_bytes=16"],
         ["workload.locks=1"],
         ["workload.structure=kd_tree", "workload.node_layout=pool", "workload.tile_order=block"],
     ],

@@ -9,6 +9,7 @@ from archsim.model.cache.compiled_state import CLEAR, Request
 from archsim.model.cache.spec import DRAM_PARENT
 from archsim.model.compiled import inlined_step, step
 from archsim.model.core import compiled as core_model
+from archsim.model.core import compiled_turns as turns
 from archsim.model.unit import compiled as unit_model
 
 NOBODY = -1
@@ -58,7 +59,7 @@ def next_answered(spec: Machine, state: State, requester):
     access = core_model.first_ready(state.core, requester, 0)
     if access == core_model.NO_THREAD:
         return NOBODY
-    core_model.park(state.core, number_of(spec, requester, access))
+    turns.park(state.core, number_of(spec, requester, access))
     return access
 
 

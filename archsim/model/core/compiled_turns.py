@@ -1,0 +1,198 @@
+"""Whose turn it is on the compiled cores, and when a thread comes to an operation: from there to there they are played.
+
+A turn is one round of a core's ready threads in the order of their places. All a thread does between two operations
+is to issue one instruction a turn, so the turn of its operation is known when it begins its record (`turns`), and the
+cycle as long as the same threads are ready (`plan`). Until then nothing is done but to count, when a thread becomes
+ready or the cycle has come, what was issued since (`play_to`).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from archsim.jit import lowest_bit, num_bits
+from archsim.model.compiled import NEVER, inlined_step, step
+from archsim.model.core.compiled import (
+    NO_THREAD,
+    PARKED,
+    PLACE_BITS,
+    WORD_SHIFT,
+    first_ready,
+    nth_ready,
+    num_ready_before,
+    take_woken,
+)
+from archsim.trace.records import Op
+
+_PLACE = (1 << PLACE_BITS) - 1
+
+
+@inlined_step
+def play_to(state, core, cycle):
+    """Let the core's ready threads, if there are any, issue in turn up to before `cycle`; none does its operation."""
+    owner = state.cores[core]
+    if owner["next_slot"] < cycle and owner["num_ready"] > 0:
+        owner["useful"] += cycle - owner["next_slot"]
+        if owner["first_slot"] == cycle and owner["next_wake"] != cycle and not _ends(state, owner):
+            _turn_to_first(state, core)
+        else:
+            _turn(state, core, cycle - owner["next_slot"])
+        owner["next_slot"] = cycle
+
+
+@inlined_step
+def _ends(state, owner):
+    """Whether the thread that comes to its operation first is at the end of its task."""
+    place = owner["first"] & _PLACE
+    return state.threads[np.uint32(owner["first_thread"] + place)]["op"] == Op.END
+
+
+@inlined_step
+def _turn_to_first(state, core):
+    """It is the turn of the thread that comes to its operation first, and it will issue: nobody becomes ready now."""
+    owner = state.cores[core]
+    place = owner["first"] & _PLACE
+    owner["turn"] = owner["first"] >> PLACE_BITS
+    owner["num_passed"] = num_ready_before(state, core, place)
+    owner["next_place"] = place
+
+
+@inlined_step
+def _turn(state, core, num_slots):
+    """Ready threads issue in so many slots, at least one; the turn goes on behind the last of them."""
+    owner = state.cores[core]
+    num_ready = np.int64(owner["num_ready"])
+    last = np.int64(owner["num_passed"]) + num_slots - 1
+    if last >= num_ready:
+        owner["turn"] += last // num_ready
+        last %= num_ready
+    owner["num_passed"] = last + 1
+    owner["next_place"] = nth_ready(state, core, last) + 1
+
+
+@step
+def play_all_to(state, cycle):
+    """Let the ready threads of all cores issue in turn up to before `cycle`."""
+    for core in range(len(state.cores)):
+        play_to(state, core, cycle)
+
+
+@inlined_step
+def next_in_turn(state, core):
+    """Place of the thread that issues next, or NO_THREAD, and the number of its turn."""
+    owner = state.cores[core]
+    place = first_ready(state, core, np.int64(owner["next_place"]))
+    if place != NO_THREAD:
+        return place, owner["turn"]
+    return first_ready(state, core, 0), owner["turn"] + 1
+
+
+@inlined_step
+def go_on(state, number, turn):
+    """The thread, at `turn`, goes on with the record that it has read."""
+    thread = state.threads[number]
+    state.turns[number] = ((turn + thread["compute"]) << PLACE_BITS) + np.int64(thread["place"])
+
+
+@inlined_step
+def does_operation(state, number, turn):
+    """Whether the thread has nothing left to compute at `turn`."""
+    return state.turns[number] >> PLACE_BITS == turn
+
+
+@inlined_step
+def use_slot(state, cycle, core, place, turn):
+    """The thread at this place and turn issues in `cycle`; the turn goes on behind it."""
+    owner = state.cores[core]
+    owner["useful"] += 1
+    owner["next_slot"] = cycle + 1
+    owner["num_passed"] = (owner["num_passed"] if turn == owner["turn"] else 0) + 1
+    owner["next_place"] = place + 1
+    owner["turn"] = turn
+
+
+@inlined_step
+def plan(state, core):
+    """Find out when the core is due next."""
+    owner, first = state.cores[core], PARKED
+    for number in range(owner["first_thread"], owner["first_thread"] + owner["num_threads"]):
+        first = min(first, state.turns[number])
+    owner["first"], owner["first_slot"] = first, NEVER
+    if first != PARKED:
+        before = num_ready_before(state, core, first & _PLACE) - np.int64(owner["num_passed"])
+        slots = before + ((first >> PLACE_BITS) - owner["turn"]) * np.int64(owner["num_ready"])
+        owner["first_slot"] = owner["next_slot"] + slots
+    state.due[core] = min(owner["first_slot"], owner["next_wake"])
+
+
+@inlined_step
+def park(state, number):
+    """The thread is no longer ready."""
+    thread = state.threads[number]
+    owner = state.cores[thread["core"]]
+    state.ready[thread["word"]] &= ~thread["bit"]
+    state.turns[number] = PARKED
+    owner["num_ready"] -= 1
+    owner["num_passed"] -= 1 if thread["place"] < owner["next_place"] else 0
+
+
+@inlined_step
+def join(state, number):
+    """The thread is ready: it issues when its place comes, in this turn or the next one."""
+    thread = state.threads[number]
+    owner = state.cores[thread["core"]]
+    state.ready[thread["word"]] |= thread["bit"]
+    is_passed = 1 if thread["place"] < owner["next_place"] else 0
+    go_on(state, number, owner["turn"] + is_passed)
+    owner["num_ready"] += 1
+    owner["num_passed"] += is_passed
+
+
+@inlined_step
+def wake_now(state, cycle, number):
+    """The thread's wait ends in `cycle`, which is being played."""
+    thread = state.threads[number]
+    state.woken[thread["word"]] |= thread["bit"]
+    state.cores[thread["core"]]["next_wake"] = cycle
+    state.due[thread["core"]] = cycle
+
+
+@inlined_step
+def wake_at(state, cycle, number):
+    """The thread's wait ends in `cycle`, less than S cycles ahead; it joins at once if its core has come so far."""
+    thread = state.threads[number]
+    owner = state.cores[thread["core"]]
+    if owner["next_slot"] == cycle:
+        join(state, number)
+    else:
+        state.wake[np.uint32(cycle & (len(state.wake) - 1)), thread["word"]] |= thread["bit"]
+        owner["num_waking"] += 1
+        owner["next_wake"] = min(owner["next_wake"], cycle)
+    state.due[thread["core"]] = min(state.due[thread["core"]], cycle)
+
+
+@inlined_step
+def join_woken(state, cycle, core):
+    """The core's threads whose wait ends in `cycle`, up to which it has been played, become ready."""
+    owner = state.cores[core]
+    if owner["next_wake"] != cycle:
+        return
+    for word in range(owner["first_word"], owner["first_word"] + owner["num_words"]):
+        slot = np.uint32(cycle & (len(state.wake) - 1))
+        owner["num_waking"] -= np.uint32(num_bits(state.wake[slot, word]))
+        threads = take_woken(state, cycle, word)
+        first = np.int64(owner["first_thread"]) + (np.int64(word - owner["first_word"]) << WORD_SHIFT)
+        while threads != 0:
+            join(state, np.uint32(first + lowest_bit(threads)))
+            threads &= threads - 1
+    owner["next_wake"] = _next_wake_of(state, cycle, owner) if owner["num_waking"] > 0 else NEVER
+
+
+@step
+def _next_wake_of(state, cycle, owner):
+    """First cycle after `cycle` in which a wait of one of the core's threads ends, of which there are some."""
+    while True:
+        cycle += 1
+        for word in range(owner["first_word"], owner["first_word"] + owner["num_words"]):
+            if state.wake[cycle & (len(state.wake) - 1), word] != 0:
+                return cycle
