@@ -79,7 +79,7 @@ def test_parameters_of_packaged_sweeps_are_on_the_right_side(tmp_path, name, key
 
 
 PICTURES = {
-    "izb_caches": (72, 4),
+    "izb_caches": (84, 4),
     "hsv_units": (24, 1),
     "hsv_psv": (8, 8),
     "lograster_memory": (24, 1),
