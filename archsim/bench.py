@@ -21,7 +21,7 @@ from archsim.machine.pipeline.build import pipeline_machine
 from archsim.machine.pipeline.play import play
 from archsim.model.cache.functional import new_chain, replay
 from archsim.run.izb_subject import subject_of
-from archsim.run.izb_work import prepare
+from archsim.run.izb_work import prepare, takes
 from archsim.run.progress import Progress, silent
 from archsim.trace.records import RECORD, Op, Tasks, num_instructions
 from archsim.trace.stream import PipelineWork, Work
@@ -69,7 +69,8 @@ def measure(overrides: tuple[str, ...] = OVERRIDES, progress: Progress = silent)
 
 def _speeds(config: RunConfig) -> dict[str, float]:
     """Speeds of everything, once, on the light view with the most samples."""
-    view = max(prepare(config, subject_of(config)), key=lambda view: int(view.plan.face.taken.sum()))
+    views = prepare(config.workload, takes(config), subject_of(config))
+    view = max(views, key=lambda view: int(view.plan.face.taken.sum()))
     speeds: dict[str, float] = {}
     accesses = []
     for phase, work in (("izb_build", view.build), ("izb_raster", view.raster)):

@@ -115,6 +115,17 @@ def _print_plan(plan: list[Point], mine: list[Point]) -> None:
         print(point.command if point.error is None else f"{point.command}  # fails: {point.error}")
     pictures = len({point.functional_digest or point.digest for point in mine})
     print(f"{len(mine)} of {len(plan)} points, {pictures} pictures to render", file=sys.stderr)
+    print(f"pictures and their work take from the machine: {_taken(mine)}", file=sys.stderr)
+
+
+def _taken(points: list[Point]) -> str:
+    """What the points' pictures take from their machines, and how many values of it there are."""
+    values: dict[str, set[Any]] = {}
+    for point in points:
+        for name, value in point.from_machine.items():
+            values.setdefault(name, set()).add(value)
+    counted = (f"{name} ({len(own)} value{'s' * (len(own) > 1)})" for name, own in values.items())
+    return ", ".join(counted) or "nothing"
 
 
 def _print_findings(folder: Path) -> None:

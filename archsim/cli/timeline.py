@@ -19,7 +19,7 @@ from archsim.report.waterfall import waterfall, waterfall_figure
 from archsim.run.folder import write_whole
 from archsim.run.izb_statistics import BUILD, RASTER
 from archsim.run.izb_work import Recorded, replay
-from archsim.run.kinds import kind_of
+from archsim.run.izb_work import record as record_work
 from archsim.run.recording import record_cycles, record_tasks
 from archsim.trace.records import Tasks
 from archsim.trace.stream import Work, whole
@@ -104,13 +104,11 @@ def _tasks(config: RunConfig, phase: str, window: Window) -> tuple[PhaseMachine,
     if phase not in PHASES:
         hint = did_you_mean(phase, PHASES) or f"phases of irregular shadow mapping: {', '.join(PHASES)}"
         raise fail(f"no timeline of '{phase}'", hint=hint)
-    rendering = kind_of(config).rendering
-    assert rendering is not None
     machine = phase_machine(config.machine, phase)
-    (view, *_) = rendering.render(config).views or [None]
-    if view is None:
+    views = record_work(config)
+    if not views:
         raise fail("the picture is empty: there is no work")
-    return machine, record(machine.spec, whole(_cut(view, phase, machine.spec, window)))
+    return machine, record(machine.spec, whole(_cut(views[0], phase, machine.spec, window)))
 
 
 def parse_window(text: str) -> Window:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import partial, reduce
 from typing import NamedTuple
 
@@ -11,24 +10,33 @@ from archsim.machine.build import PhaseMachine, phase_machine
 from archsim.machine.counters import Counters, added, no_counters
 from archsim.run.counted import play_counted
 from archsim.run.izb_picture import Emitted, Picture, ViewLaws, compose, find
-from archsim.run.izb_rendered import RenderedIzb
 from archsim.run.izb_statistics import BUILD, CLEAR, RASTER, paper_ratios, summary
 from archsim.run.izb_subject import subject_of
-from archsim.run.izb_work import check_machine, prepare, replay
-from archsim.run.listen import Listen, to_nothing
+from archsim.run.izb_work import check_machine, prepare, takes
+from archsim.run.listen import Listen
 from archsim.run.metrics import phase_checks, phase_latencies, phase_statistics
 from archsim.run.progress import Progress
+from archsim.run.rendering import Functional, Kind, Piece, Play
 from archsim.run.result import Check, Result
 from archsim.trace.stream import Work
 
 
 class Machines(NamedTuple):
-    """The parts of the machine that play the two phases, and the model that plays them."""
+    """The parts of the machine that play the two phases."""
 
     build: PhaseMachine
     raster: PhaseMachine
-    model: str
-    listen: Listen = to_nothing
+
+    def of(self, phase: str) -> PhaseMachine:
+        """What plays a phase; the build's processors clear."""
+        return self.raster if phase == RASTER else self.build
+
+
+class Facts(NamedTuple):
+    """All that does not depend on the machine, besides the work."""
+
+    picture: Picture
+    laws: list[ViewLaws]
 
 
 class Played(NamedTuple):
@@ -41,73 +49,55 @@ class Played(NamedTuple):
     num_rastered: int
 
 
-def simulate_izb(config: RunConfig, progress: Progress, listen: Listen = to_nothing) -> Result:
-    """Build and rasterize the irregular z-buffer of one light view; `config` is a checked RunConfig."""
-    machines, subject = machines_of(config)._replace(listen=listen), subject_of(config)
-    views = prepare(config, subject)
-    played, found = [], []
+def execute(functional: Functional, play: Play) -> Facts:
+    """Build and rasterize the irregular z-buffer of every light view, phase by phase."""
+    subject = subject_of(functional)
+    views = prepare(functional.workload, functional.taken, subject)
+    found = []
     for view in views:
-        check_machine(config.machine, machines.build, view.needed_bytes)
         emitted = Emitted([], [])
-        played.append(_play((view.clear, view.build, partial(view.raster, emitted.take)), machines, progress))
+        play(Piece(CLEAR, view.clear(), view.needed_bytes))
+        play(Piece(BUILD, view.build(), view.needed_bytes))
+        play(Piece(RASTER, view.raster(emitted.take), view.needed_bytes))
         found.append(find(view, emitted))
-    laws = [each.laws for each in found]
-    return _result(config.name, compose(subject, views, found), (laws, played), machines)
+    return Facts(compose(subject, views, found), [each.laws for each in found])
 
 
-def replay_izb(
-    config: RunConfig, rendered: RenderedIzb, progress: Progress, listen: Listen = to_nothing
-) -> Result:
-    """The same result from work that was rendered before, on the machine of `config`."""
-    machines = machines_of(config)._replace(listen=listen)
-    played = []
-    for view in rendered.views:
-        check_machine(config.machine, machines.build, view.needed_bytes)
-        clear = partial(replay, view, CLEAR, machines.build.spec)
-        build = partial(replay, view, BUILD, machines.build.spec)
-        raster = partial(replay, view, RASTER, machines.raster.spec)
-        played.append(_play((clear, build, raster), machines, progress))
-    return _result(config.name, rendered.picture, (rendered.laws, played), machines)
+class IzbPlayer:
+    """The phases of every light view on the machine of a run."""
+
+    def __init__(self, config: RunConfig, progress: Progress, listen: Listen):
+        self.config, self.progress, self.listen = config, progress, listen
+        build, raster = (phase_machine(config.machine, role, config.seed) for role in (BUILD, RASTER))
+        self.machines = Machines(build, raster)
+        self.played: list[tuple[Counters, int]] = []  # counters and instructions, three phases a view
+
+    def play(self, piece: Piece) -> None:
+        """Play a phase of a light view."""
+        assert isinstance(piece.work, Work)
+        check_machine(self.config.machine, self.machines.build, piece.needed_bytes)
+        machine = self.machines.of(piece.phase)
+        report, heard = partial(self.progress, piece.phase), self.listen(piece.phase, machine)
+        self.played.append(play_counted(machine, piece.work, self.config.model, report, heard))
+
+    def result(self, facts: Facts) -> Result:
+        """All light views together."""
+        views = zip(*[iter(self.played)] * 3, strict=True)
+        played = [
+            Played(clear, build, raster, built, rastered)
+            for (clear, _), (build, built), (raster, rastered) in views
+        ]
+        return _result(self.config.name, facts, played, self.machines)
 
 
-def machines_of(config: RunConfig) -> Machines:
-    """What plays the run's two phases."""
-    build, raster = (phase_machine(config.machine, role, config.seed) for role in (BUILD, RASTER))
-    return Machines(build, raster, config.model)
-
-
-Phases = tuple[Callable[[], Work], Callable[[], Work], Callable[[], Work]]  # clear, build, raster
-
-
-def _play(phases: Phases, machines: Machines, progress: Progress) -> Played:
-    """The phases of one light view, each made when the one before is over; the build's processors clear."""
-    clear, build, raster = phases
-    cleared, _ = _phase(machines.build, clear(), (CLEAR, machines, progress))
-    built, num_built = _phase(machines.build, build(), (BUILD, machines, progress))
-    rastered, num_rastered = _phase(machines.raster, raster(), (RASTER, machines, progress))
-    return Played(cleared, built, rastered, num_built, num_rastered)
-
-
-def _phase(machine: PhaseMachine, work: Work, how: tuple[str, Machines, Progress]) -> tuple[Counters, int]:
-    """Counters of a phase, and the number of instructions that the kernel executed for it."""
-    phase, machines, progress = how
-
-    def report(done: int, total: int) -> None:
-        progress(phase, done, total)
-
-    return play_counted(machine, work, machines.model, report, machines.listen(phase, machine))
-
-
-def _result(
-    name: str, picture: Picture, views: tuple[list[ViewLaws], list[Played]], machines: Machines
-) -> Result:
+def _result(name: str, facts: Facts, played: list[Played], machines: Machines) -> Result:
     """All light views together as one result."""
-    played = views[1]
+    picture = facts.picture
     clear = reduce(added, (face.clear for face in played), no_counters(machines.build.spec))
     build = reduce(added, (face.build for face in played), no_counters(machines.build.spec))
     raster = reduce(added, (face.raster for face in played), no_counters(machines.raster.spec))
     checks = [
-        *_view_checks(*views),
+        *_view_checks(facts.laws, played),
         *phase_checks(CLEAR, machines.build, clear),
         *phase_checks(BUILD, machines.build, build),
         *phase_checks(RASTER, machines.raster, raster),
@@ -157,3 +147,6 @@ def _played_checks(law: ViewLaws, face: Played) -> list[Check]:
         explained = (law.raster_instructions, face.num_rastered)
         issued.insert(2, (f"{RASTER}: 5 a fragment, 7 a node, 2 a hit", *explained))
     return [Check(name, left == right, str(left)) for name, left, right in issued]
+
+
+KIND = Kind(takes, execute, IzbPlayer)

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from archsim.config import DrawnIzbConfig, GridConfig, IzbConfig, RunConfig
 from archsim.raster.eye_view import EyeView, eye_view
+from archsim.run.rendering import Functional
 from archsim.scene.scene import digest, load_scene
 from archsim.shadow.drawn import Statistics, draw
 from archsim.shadow.grid import Grid
@@ -26,7 +27,7 @@ def grid_of(workload: GridConfig) -> Grid:
     return Grid(*workload.logical_grid, *workload.physical_grid, *workload.grid_tile)
 
 
-def subject_of(config: RunConfig) -> Subject:
+def subject_of(config: RunConfig | Functional) -> Subject:
     """The light views that a run is about."""
     workload = config.workload
     if isinstance(workload, DrawnIzbConfig):

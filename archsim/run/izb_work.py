@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from archsim.config import GridConfig, MachineConfig, RunConfig
+from archsim.config.workload import WorkloadConfig
 from archsim.errors import ArchsimError, Problem, fail
 from archsim.execute import izb_memory
 from archsim.execute.izb_build import build_work, tile_order
@@ -22,6 +23,12 @@ from archsim.shadow.grid import Grid
 from archsim.shadow.plain import FacePlan, grid_fragments
 from archsim.trace.records import Tasks
 from archsim.trace.stream import Work
+
+
+class Dealt(NamedTuple):
+    """What the work takes from the machine where tiles or nodes are dealt to its threads."""
+
+    build_threads: int
 
 
 class LightViewWork(NamedTuple):
@@ -71,13 +78,21 @@ class Recorded(NamedTuple):
     needed_bytes: int
 
 
-def prepare(config: RunConfig, subject: Subject) -> list[LightViewWork]:
-    """The light views of a run on its machine."""
+def takes(config: RunConfig) -> Dealt | None:
+    """The number of build threads of the run's machine, if tiles or nodes are dealt to them."""
     assert isinstance(config.workload, GridConfig)
-    grid, block = grid_of(config.workload), config.workload.tile_order == "block"
+    if config.workload.tile_order != "block" and config.workload.node_layout != "pool":
+        return None
     core = phase_machine(config.machine, BUILD).spec.core
-    num_threads = core.num_cores * core.num_threads
-    storage = _storage(config.workload, num_threads)
+    return Dealt(core.num_cores * core.num_threads)
+
+
+def prepare(workload: WorkloadConfig, dealt: Dealt | None, subject: Subject) -> list[LightViewWork]:
+    """The light views of a run; `dealt`: what its work takes from its machine."""
+    assert isinstance(workload, GridConfig)
+    grid, block = grid_of(workload), workload.tile_order == "block"
+    num_threads = dealt.build_threads if dealt else 1  # to deal to one thread is to deal to none
+    storage = _storage(workload, num_threads)
     orders = [tile_order(plan.tiles, num_threads, block) for plan in subject.plans]
     return [
         LightViewWork(
@@ -85,7 +100,7 @@ def prepare(config: RunConfig, subject: Subject) -> list[LightViewWork]:
             grid,
             order,
             izb_memory.lay_out(grid, plan.tiles, order, storage),
-            num_threads if block or storage.pool_threads else None,
+            dealt.build_threads if dealt else None,
         )
         for plan, order in zip(subject.plans, orders, strict=True)
     ]
@@ -101,7 +116,7 @@ def _storage(workload: GridConfig, num_threads: int) -> Storage:
 
 def record(config: RunConfig) -> list[Recorded]:
     """Execute the kernels of a run, once for each light view; no machine is played."""
-    return [view.recorded() for view in prepare(config, subject_of(config))]
+    return [view.recorded() for view in prepare(config.workload, takes(config), subject_of(config))]
 
 
 def replay(work: Recorded, phase: str, spec: MachineSpec) -> Work:

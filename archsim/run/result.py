@@ -37,7 +37,7 @@ class Series(NamedTuple):
     """A phase over time; run/series.py says what its columns are."""
 
     interval_cycles: int  # of every interval, but the last ones of the phase's playings
-    columns: dict[str, list[float]]  # name -> a value for each interval
+    columns: dict[str, list[float]]  # name -> a value for each interval; NaN where there is none
 
 
 class Result(NamedTuple):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple
 
@@ -66,6 +67,11 @@ class Interval(NamedTuple):
         return percent(self.grown("stayed")[number], self.grown("cycle") * room)
 
 
+def _share(part: int, whole: int) -> float:
+    """Per cent; NaN, a gap in the figure, when there is no whole: no requests is not the same as none that hit."""
+    return percent(part, whole) if whole else math.nan
+
+
 INTERVALS = [
     Measure(
         "until_cycle", "cycles", "The cycle before which the interval ends.", lambda part: part.end.cycle
@@ -79,8 +85,8 @@ INTERVALS = [
     Measure(
         "dram.row_hit_percent",
         "%",
-        "Row hits over the requests first considered in it.",
-        lambda part: percent(part.grown("row_hits"), part.grown("classified")),
+        "Row hits over the requests first considered in it; null if there were none.",
+        lambda part: _share(part.grown("row_hits"), part.grown("classified")),
     ),
     Measure(
         "dram.queue_depth",
@@ -103,8 +109,8 @@ OF_CACHES = [
     Measure(
         "hit_percent",
         "%",
-        "Hits over the lookups in it.",
-        lambda part: percent(part.of_caches("hits"), part.of_caches("lookups")),
+        "Hits over the lookups in it; null if there were none.",
+        lambda part: _share(part.of_caches("hits"), part.of_caches("lookups")),
     ),
 ]
 

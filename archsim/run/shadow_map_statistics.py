@@ -58,7 +58,7 @@ class Comparison(NamedTuple):
 
 
 def _texels(each: PlayedMap) -> int:
-    return int(each.depth.size)
+    return int(each.map.depth.size)
 
 
 TOGETHER = [
@@ -108,32 +108,32 @@ TOGETHER = [
         "plain_read_bytes",
         "bytes",
         "What would be read if nothing were compressed.",
-        lambda view: view.total(lambda each: each.plain[0]),
+        lambda view: view.total(lambda each: each.map.plain[0]),
     ),
     Measure(
         "plain_written_bytes",
         "bytes",
         "What would be written if nothing were compressed.",
-        lambda view: view.total(lambda each: each.plain[1]),
+        lambda view: view.total(lambda each: each.map.plain[1]),
     ),
     Measure(
         "plain_bytes",
         "bytes",
         "What would be read and written if nothing were compressed.",
-        lambda view: view.total(lambda each: each.plain.sum()),
+        lambda view: view.total(lambda each: each.map.plain.sum()),
     ),
     Measure(
         "compression",
         "ratio",
         "Bytes read and written without compression over those with it.",
-        lambda view: ratio(view.total(lambda each: each.plain.sum()), view.moved),
+        lambda view: ratio(view.total(lambda each: each.map.plain.sum()), view.moved),
     ),
     Measure(
         "finished_compression",
         "ratio",
         "The same over the finished maps, of the tiles that something touched.",
         lambda view: ratio(
-            view.total(lambda each: each.finished[0]), view.total(lambda each: each.finished[1])
+            view.total(lambda each: each.map.finished[0]), view.total(lambda each: each.map.finished[1])
         ),
     ),
     Measure(
@@ -145,29 +145,34 @@ TOGETHER = [
 ]
 
 EACH = [
-    Measure("columns", "texels", "Columns of the map.", lambda each: each.depth.shape[1]),
-    Measure("rows", "texels", "Rows of the map.", lambda each: each.depth.shape[0]),
+    Measure("columns", "texels", "Columns of the map.", lambda each: each.map.depth.shape[1]),
+    Measure("rows", "texels", "Rows of the map.", lambda each: each.map.depth.shape[0]),
     Measure(
         "depth_ratio",
         "ratio",
         "The f/n of its logarithmic rows; 1 if they are evenly spaced.",
-        lambda each: each.target.grid.ratio,
+        lambda each: each.map.target.grid.ratio,
     ),
     Measure(
         "lost_rows",
         "rows",
         "Rows that fall on their neighbours: more than none beyond (f/n)max.",
-        lambda each: lost_rows(each.target.grid),
+        lambda each: lost_rows(each.map.target.grid),
     ),
-    Measure("fragments", "samples", "Samples inside triangles.", lambda each: each.drawn.counts.fragments),
     Measure(
-        "passed", "samples", "Of those, nearer than what was there.", lambda each: each.drawn.counts.passed
+        "fragments", "samples", "Samples inside triangles.", lambda each: each.map.drawn.counts.fragments
+    ),
+    Measure(
+        "passed",
+        "samples",
+        "Of those, nearer than what was there.",
+        lambda each: each.map.drawn.counts.passed,
     ),
     Measure(
         "switches",
         "triangles",
         "Within which the larger slope changes.",
-        lambda each: each.drawn.counts.switches,
+        lambda each: each.map.drawn.counts.switches,
     ),
 ]
 
@@ -235,5 +240,5 @@ COMPARED = [
 
 def _row_error(each: PlayedMap) -> int:
     """Of one map."""
-    grid = each.target.grid
+    grid = each.map.target.grid
     return int(np.abs(make_grid(len(grid.x), len(grid.y), grid.ratio).y - grid.y).max())

@@ -9,11 +9,12 @@ import numpy as np
 from archsim.config import RunConfig, ShadowMapsConfig
 from archsim.lograster.offset import OffsetSpec, Switch
 from archsim.raster.eye_view import eye_view
-from archsim.run.listen import Listen, to_nothing
+from archsim.run.listen import Listen
 from archsim.run.measure import measured
 from archsim.run.pipeline_metrics import pipeline_checks, pipeline_latencies, pipeline_statistics
-from archsim.run.progress import Progress, silent
-from archsim.run.result import Check, Result
+from archsim.run.progress import Progress
+from archsim.run.rendering import Functional, Kind, Piece, Play
+from archsim.run.result import Check, Result, Statistic
 from archsim.run.shadow_map_statistics import (
     COMPARED,
     EACH,
@@ -24,7 +25,17 @@ from archsim.run.shadow_map_statistics import (
     Frame,
     Together,
 )
-from archsim.run.tile_pipeline import PlayedMap, cost_of, hardware_of, phase_of, play_maps, targets_of
+from archsim.run.tile_pipeline import (
+    DrawnMap,
+    Parts,
+    PlayedMap,
+    TilePlayer,
+    cost_of,
+    draw_maps,
+    hardware_of,
+    phase_of,
+    targets_of,
+)
 from archsim.scene.scene import Light, Scene, digest, load_scene
 from archsim.shadow.ray_trace import shadow_mask
 from archsim.shadowmap.allocation import sizes_of
@@ -47,48 +58,88 @@ class Fitted(NamedTuple):
     sizes: list[tuple[int, int]]  # columns, rows of each
 
 
-def simulate_shadow_maps(
-    config: RunConfig, progress: Progress = silent, listen: Listen = to_nothing
-) -> Result:
-    """Draw one light's shadow maps; `config` is a checked RunConfig of this kind."""
-    workload = config.workload
+class Facts(NamedTuple):
+    """All that does not depend on the machine's speed, besides the work."""
+
+    scene_digest: str
+    maps: list[DrawnMap]
+    most_rows: int  # of a map
+    statistics: list[Statistic]  # of the picture
+    shadow: np.ndarray  # as in Result
+    error_map: np.ndarray  # float32 [height, width] m
+
+
+def takes(config: RunConfig) -> Parts:
+    """What picture and work take from the machine."""
+    return hardware_of(config.machine).parts
+
+
+def execute(functional: Functional, play: Play) -> Facts:
+    """Draw one light's shadow maps by units of the pipeline, and the picture with them."""
+    workload = functional.workload
     assert isinstance(workload, ShadowMapsConfig)
-    hardware, scene = hardware_of(config.machine), load_scene(config.scene)
+    scene = load_scene(functional.scene)
     fitted = fit_maps(scene, workload)
     offset = OffsetSpec(workload.offset_scale, workload.offset_units, int(Switch.INTERPOLATED))
-    targets = targets_of(hardware, fitted.maps, fitted.sizes, offset)
-    played = play_maps(config.model, hardware, scene.mesh, fitted.maps, targets, progress, listen)
+    targets = targets_of(functional.taken, fitted.maps, fitted.sizes, offset)
+    maps = draw_maps(scene.mesh, fitted.maps, targets, play)
 
     picture = take_picture(scene.mesh, scene.camera, fitted.view, scene.width, scene.height)
-    shadow = shadow_image(fitted.maps, [each.depth for each in played], fitted.view, picture)
+    shadow = shadow_image(fitted.maps, [each.depth for each in maps], fitted.view, picture)
     errors = aliasing(fitted.maps, fitted.sizes, fitted.view, picture)
-
-    machine = hardware.machine
-    tick_hertz = machine.tick_hertz / machine.spec.period_ticks
-    cost = cost_of(hardware, max(rows for _, rows in fitted.sizes))
-    statistics = [
-        *measured("maps", TOGETHER, Together(played, tick_hertz)),
-        *measured("evaluator", EVALUATOR, (cost, played)),
-        *measured("image", IMAGE, Frame(picture.seen, shadow, errors.error)),
-    ]
+    statistics = measured("image", IMAGE, Frame(picture.seen, shadow, errors.error))
     if workload.compare == "ray_traced":
         expected = traced(scene, fitted.view, fitted.light, picture)
         statistics += measured("image", COMPARED, Comparison(picture.seen, shadow, expected))
-    checks: list[Check] = []
-    latencies: dict[str, np.ndarray] = {}
-    for each in played:
-        statistics += measured(phase_of(each.shadow_map), EACH, each)
-        statistics += pipeline_statistics(phase_of(each.shadow_map), machine, each.counters)
-        latencies |= pipeline_latencies(phase_of(each.shadow_map), machine, each.counters)
-        checks += [*_map_checks(each), *pipeline_checks(phase_of(each.shadow_map), machine, each.counters)]
-    values = {statistic.name: statistic.value for statistic in statistics}
-    first = {name: values[name] for name in _FIRST if name in values}
-    summary = {**first, "checks_passed": all(check.ok for check in checks)}
-    images = {
-        "m, the size of a texel in the picture [pixels]": spread(picture, errors.error),
-        **_depth_images(played),
-    }
-    return Result(config.name, digest(scene), summary, statistics, checks, shadow, [], images, latencies)
+    most_rows = max(rows for _, rows in fitted.sizes)
+    return Facts(digest(scene), maps, most_rows, statistics, shadow, spread(picture, errors.error))
+
+
+class MapsPlayer:
+    """One light's shadow maps on the pipeline of a run."""
+
+    def __init__(self, config: RunConfig, progress: Progress, listen: Listen):
+        self.name, self.hardware = config.name, hardware_of(config.machine)
+        self.tiles = TilePlayer(config.model, self.hardware.machine, progress, listen)
+
+    def play(self, piece: Piece) -> None:
+        """Play a map."""
+        self.tiles.play(piece)
+
+    def result(self, facts: Facts) -> Result:
+        """The picture and what the pipeline took for each map."""
+        machine, played = self.hardware.machine, self.tiles.played(facts.maps)
+        tick_hertz = machine.tick_hertz / machine.spec.period_ticks
+        cost = cost_of(self.hardware, facts.most_rows)
+        statistics = [
+            *measured("maps", TOGETHER, Together(played, tick_hertz)),
+            *measured("evaluator", EVALUATOR, (cost, played)),
+            *facts.statistics,
+        ]
+        checks: list[Check] = []
+        latencies: dict[str, np.ndarray] = {}
+        for each in played:
+            phase = phase_of(each.map.shadow_map)
+            statistics += measured(phase, EACH, each)
+            statistics += pipeline_statistics(phase, machine, each.counters)
+            latencies |= pipeline_latencies(phase, machine, each.counters)
+            checks += [*_map_checks(each), *pipeline_checks(phase, machine, each.counters)]
+        values = {statistic.name: statistic.value for statistic in statistics}
+        first = {name: values[name] for name in _FIRST if name in values}
+        return Result(
+            self.name,
+            facts.scene_digest,
+            {**first, "checks_passed": all(check.ok for check in checks)},
+            statistics,
+            checks,
+            facts.shadow,
+            [],
+            {
+                "m, the size of a texel in the picture [pixels]": facts.error_map,
+                **_depth_images(facts.maps),
+            },
+            latencies,
+        )
 
 
 _FIRST = (
@@ -134,10 +185,10 @@ def spread(picture: Picture, values: np.ndarray) -> np.ndarray:
     return image
 
 
-def _depth_images(played: list[PlayedMap]) -> dict[str, np.ndarray]:
+def _depth_images(maps: list[DrawnMap]) -> dict[str, np.ndarray]:
     """Each map, nearest depth 0; NaN where nothing was drawn; large ones thinned out."""
     images = {}
-    for each in played:
+    for each in maps:
         step = -(-max(each.depth.shape) // LARGEST_IMAGE)
         depth = each.depth[::-step, ::step].astype(np.float32) / each.depth.dtype.type((1 << 24) - 1)
         title = f"{phase_of(each.shadow_map)}: depth, y' upwards [0 nearest, 1 farthest]"
@@ -147,9 +198,9 @@ def _depth_images(played: list[PlayedMap]) -> dict[str, np.ndarray]:
 
 def _map_checks(played: PlayedMap) -> list[Check]:
     """The pipeline leaves the picture that drawing gives, and moves whole blocks."""
-    name, moved = phase_of(played.shadow_map), played.plain
-    different = int((played.depth != played.drawn.depth).sum())
-    counts, flush = played.drawn.counts, 1
+    name, moved = phase_of(played.map.shadow_map), played.map.plain
+    different = int((played.map.depth != played.map.drawn.depth).sum())
+    counts, flush = played.map.drawn.counts, 1
     tiles = played.tasks("fine") - flush, counts.tiles
     covered = played.tasks("z_cull") - flush, counts.covered_tiles
     return [
@@ -162,3 +213,6 @@ def _map_checks(played: PlayedMap) -> list[Check]:
             f"{played.read} of {moved[0]} read, {played.written} of {moved[1]} written",
         ),
     ]
+
+
+KIND = Kind(takes, execute, MapsPlayer)

@@ -9,7 +9,6 @@ from archsim.errors import fail
 from archsim.execute.hsv_memory import tile_states
 from archsim.execute.hsv_stages import (
     NOTHING,
-    Drawn,
     Stages,
     classify_work,
     clear_work,
@@ -21,12 +20,12 @@ from archsim.machine.build import PhaseMachine, phase_machine
 from archsim.machine.counters import Counters, added, no_counters
 from archsim.machine.pipeline.build import pipeline_machine
 from archsim.run.counted import play_counted
-from archsim.run.listen import Listen, to_nothing
+from archsim.run.listen import Listen
 from archsim.run.measure import Measure, measured, ratio
 from archsim.run.metrics import equal, phase_checks, phase_latencies, phase_statistics
-from archsim.run.progress import Progress, silent
+from archsim.run.progress import Progress
+from archsim.run.rendering import Functional, Kind, Piece, Play
 from archsim.run.result import Check, Result, Statistic
-from archsim.run.shadow_volume_statistics import TRAFFIC, WORKLOAD
 from archsim.run.shadow_volume_units import (
     Differences,
     differences_of_stage_1,
@@ -36,17 +35,18 @@ from archsim.run.shadow_volume_units import (
 )
 from archsim.run.shadow_volumes import (
     PHASE,
+    Facts,
+    OnPipeline,
     Playing,
     equal_masks,
+    facts_of,
     method_of,
-    play_on_pipeline,
+    pipeline_piece,
     prepare_light,
     resources_of,
-    update_histogram,
-    update_map,
 )
 from archsim.scene.scene import digest, load_scene
-from archsim.shadow_volumes.comparison import BRUTE_FORCE, Traffic, draw, is_bounded
+from archsim.shadow_volumes.comparison import BRUTE_FORCE, draw, is_bounded
 from archsim.shadow_volumes.hierarchical import mask
 from archsim.trace.stream import Work
 
@@ -62,21 +62,26 @@ FIRST = (
 _ENDLESS = 1 << 62  # bytes: two passes need no delay stream, so nothing overflows
 
 
-class Told(NamedTuple):
-    """By which model the phases are played, and who hears of it."""
+class Programs(NamedTuple):
+    """What the kernels did, on whatever cores."""
 
-    model: str
-    progress: Progress
-    listen: Listen
+    pixels: int  # stencil operations of what Stage 2 handed on
+    tiles: int  # that it handed on, counted with each triangle
+    differences: Differences  # from the fixed-function stages
+
+
+class KernelFacts(NamedTuple):
+    """All that does not depend on the cores, besides the work."""
+
+    picture: Facts
+    programs: Programs
 
 
 class Ran(NamedTuple):
-    """All batches, executed and played."""
+    """All batches, played."""
 
     counters: dict[str, Counters]  # of each phase
     executed: dict[str, int]  # instructions
-    drawn: list[Drawn]  # of each volume
-    differences: Differences  # from the fixed-function stages
 
 
 class Comparison(NamedTuple):
@@ -84,6 +89,7 @@ class Comparison(NamedTuple):
 
     cores: PhaseMachine
     ran: Ran
+    programs: Programs
     fixed_milliseconds: float
 
     @property
@@ -120,7 +126,7 @@ PROGRAMMABLE = [
         "tiles_drawn",
         "tiles",
         "Tiles that Stage 2 handed on to be drawn, counted with each triangle.",
-        lambda c: sum(len(drawn.tiles) for drawn in c.ran.drawn),
+        lambda c: c.programs.tiles,
     ),
     Measure(
         "fixed_function_milliseconds",
@@ -137,109 +143,133 @@ PROGRAMMABLE = [
 ]
 
 
-def simulate_shadow_volume_kernels(
-    config: RunConfig, progress: Progress = silent, listen: Listen = to_nothing
-) -> Result:
-    """Run both stages as kernels, check and compare; `config` is a checked RunConfig of this kind."""
-    workload = config.workload
+def takes(config: RunConfig) -> None:
+    """Picture and work take nothing from the cores: batches and fixed function are the workload's."""
+
+
+def execute(functional: Functional, play: Play) -> KernelFacts:
+    """Run both stages as kernels, batch after batch, then the same volumes in fixed function."""
+    workload = functional.workload
     assert isinstance(workload, VolumeKernelsConfig)
     resources = resources_of(workload.fixed_function)._replace(delay_stream_bytes=_ENDLESS)
-    scene = load_scene(config.scene)
+    scene = load_scene(functional.scene)
     view = prepare_light(scene, workload.light, method_of(workload, resources))
-    cores = phase_machine(config.machine, ROLE, config.seed)
     seen = view.seen._replace(bounds=view.bounds) if is_bounded(workload.variant) else view.seen
     stages = prepare_stages(seen, workload.psv_buffers)
-    _check_cores(config.machine, cores, stages)
-
-    ran = _run(stages, cores, Told(config.model, progress, listen))
+    programs = _run(stages, play)
     shadow = view.shown & mask(seen.screen, stages.stencil, tile_states(stages.memory, seen.screen))
+    play(pipeline_piece(view, workload.variant, resources, True))
     expected, drawn = draw(view, BRUTE_FORCE, resources), draw(view, workload.variant, resources)
-    how = Playing(config.model, workload.variant, True, progress, listen)
-    fixed = play_on_pipeline(workload.fixed_function, view, drawn.traffic, how)
-    checks = [equal_masks(shadow, expected.shadow), *_checks(cores, ran, drawn.traffic), *fixed.checks]
-    statistics = [*measured("workload", WORKLOAD, view), *measured("traffic", TRAFFIC, drawn.traffic)]
-    latencies = dict(fixed.latencies)
-    for phase in PHASES:
-        statistics += phase_statistics(phase, cores, ran.counters[phase])
-        latencies |= phase_latencies(phase, cores, ran.counters[phase])
-    statistics += fixed.statistics
-    statistics += measured(
-        "programmable", PROGRAMMABLE, Comparison(cores, ran, _milliseconds(workload, fixed.statistics))
-    )
-
-    values = {statistic.name: statistic.value for statistic in statistics}
-    summary = {name: values[name] for name in FIRST}
-    summary["checks_passed"] = all(check.ok for check in checks)
-    maps = update_map(drawn, workload.tile)
-    histograms = [update_histogram(drawn, workload.tile)]
-    return Result(
-        config.name, digest(scene), summary, statistics, checks, shadow, histograms, maps, latencies
-    )
+    picture = facts_of(digest(scene), view, drawn, equal_masks(shadow, expected.shadow))
+    return KernelFacts(picture._replace(shadow=shadow), programs)
 
 
-def _milliseconds(workload: VolumeKernelsConfig, fixed: list[Statistic]) -> float:
+class KernelsPlayer:
+    """Both stages on the cores of a run, and the pipeline beside them."""
+
+    def __init__(self, config: RunConfig, progress: Progress, listen: Listen):
+        workload = config.workload
+        assert isinstance(workload, VolumeKernelsConfig)
+        self.config, self.progress, self.listen = config, progress, listen
+        self.fixed_function = workload.fixed_function
+        how = Playing(config.model, True, progress, listen)
+        self.cores = phase_machine(config.machine, ROLE, config.seed)
+        self.pipeline = OnPipeline(workload.fixed_function, how)
+        counters = {phase: no_counters(self.cores.spec) for phase in PHASES}
+        self.ran = Ran(counters, dict.fromkeys(PHASES, 0))
+
+    def play(self, piece: Piece) -> None:
+        """Play a batch of a phase, or all in fixed function."""
+        if piece.phase not in PHASES:
+            self.pipeline.play(piece)
+            return
+        assert isinstance(piece.work, Work)
+        _check_cores(self.config.machine, self.cores, piece.needed_bytes)
+        phase, (number, parts) = piece.phase, piece.part
+
+        def report(done: int, total: int) -> None:
+            self.progress(phase, number * total + done, parts * total)
+
+        heard = self.listen(phase, self.cores)
+        counters, executed = play_counted(self.cores, piece.work, self.config.model, report, heard)
+        self.ran.counters[phase] = added(self.ran.counters[phase], counters)
+        self.ran.executed[phase] += executed
+
+    def result(self, facts: KernelFacts) -> Result:
+        """Programs and units beside each other."""
+        (picture, programs), cores, ran = facts, self.cores, self.ran
+        fixed = self.pipeline.played(picture.traffic)
+        checks = [picture.mask, *_checks(cores, ran, facts), *fixed.checks]
+        statistics, latencies = list(picture.statistics), dict(fixed.latencies)
+        for phase in PHASES:
+            statistics += phase_statistics(phase, cores, ran.counters[phase])
+            latencies |= phase_latencies(phase, cores, ran.counters[phase])
+        statistics += fixed.statistics
+        milliseconds = _milliseconds(self.fixed_function, fixed.statistics)
+        statistics += measured("programmable", PROGRAMMABLE, Comparison(cores, ran, programs, milliseconds))
+        values = {statistic.name: statistic.value for statistic in statistics}
+        summary = {name: values[name] for name in FIRST}
+        return Result(
+            self.config.name,
+            picture.scene_digest,
+            {**summary, "checks_passed": all(check.ok for check in checks)},
+            statistics,
+            checks,
+            picture.shadow,
+            [picture.histogram],
+            picture.maps,
+            latencies,
+        )
+
+
+def _milliseconds(fixed_function: MachineConfig, fixed: list[Statistic]) -> float:
     """Time of the pipeline's frame."""
     cycles = {statistic.name: statistic.value for statistic in fixed}[f"{PHASE}.cycles"]
-    machine = pipeline_machine(workload.fixed_function)
+    machine = pipeline_machine(fixed_function)
     return 1e3 * cycles * machine.spec.period_ticks / machine.tick_hertz
 
 
-def _check_cores(config: MachineConfig, cores: PhaseMachine, stages: Stages) -> None:
+def _check_cores(config: MachineConfig, cores: PhaseMachine, needed: int) -> None:
     """ArchsimError if the kernels cannot run on the cores."""
     if cores.spec.locks.num_locks < NUM_LOCKS:
         found = cores.spec.locks.num_locks
         what = f"the kernels use {NUM_LOCKS} locks, the machine's `locks` has count {found}"
         raise fail(what, key=config.key_of("locks") + ".count")
-    if stages.memory.num_bytes > cores.dram_bytes:
-        needed = stages.memory.num_bytes
+    if needed > cores.dram_bytes:
         what = f"the buffers of this run end at {needed} bytes, the machine's `dram` at {cores.dram_bytes}"
         raise fail(what, key=config.key_of("dram", "ideal_dram"))
 
 
-def _run(stages: Stages, cores: PhaseMachine, how: Told) -> Ran:
+def _run(stages: Stages, play: Play) -> Programs:
     """Batch after batch: clear, Stage 1, Stage 2, each played when the one before is over."""
-    counters = {phase: no_counters(cores.spec) for phase in PHASES}
-    drawn = [NOTHING] * len(stages.seen.volumes.z_pass)
-    ran = Ran(counters, dict.fromkeys(PHASES, 0), drawn, Differences(0, 0, 0))
+    drawn, differences = [NOTHING] * len(stages.seen.volumes.z_pass), Differences(0, 0, 0)
     units, batches = new_units(stages.seen, stages.memory.num_buffers), stages.batches()
     for number, batch in enumerate(batches):
-
-        def told(what: str, done: int, total: int, number: int = number) -> None:
-            how.progress(what, number * total + done, len(batches) * total)
-
-        _play(ran, CLEAR, clear_work(stages), (cores, how._replace(progress=told)))
-        _play(ran, STAGE_1, classify_work(stages, batch), (cores, how._replace(progress=told)))
+        part, needed = (number, len(batches)), stages.memory.num_bytes
+        play(Piece(CLEAR, clear_work(stages), needed, part))
+        play(Piece(STAGE_1, classify_work(stages, batch), needed, part))
         classified = differences_of_stage_1(units, stages, batch)
-        _play(ran, STAGE_2, update_work(stages, batch, drawn), (cores, how._replace(progress=told)))
+        play(Piece(STAGE_2, update_work(stages, batch, drawn), needed, part))
         updated = differences_of_stage_2(units, stages, batch, drawn)
-        ran = ran._replace(differences=together(ran.differences, together(classified, updated)))
-    return ran
+        differences = together(differences, together(classified, updated))
+    return Programs(sum(d.pixels for d in drawn), sum(len(d.tiles) for d in drawn), differences)
 
 
-def _play(ran: Ran, phase: str, work: Work, how: tuple[PhaseMachine, Told]) -> None:
-    """Add one batch of a phase to `ran`."""
-    cores, told = how
-
-    def report(done: int, total: int) -> None:
-        told.progress(phase, done, total)
-
-    counters, executed = play_counted(cores, work, told.model, report, told.listen(phase, cores))
-    ran.counters[phase] = added(ran.counters[phase], counters)
-    ran.executed[phase] += executed
-
-
-def _checks(cores: PhaseMachine, ran: Ran, traffic: Traffic) -> list[Check]:
+def _checks(cores: PhaseMachine, ran: Ran, facts: KernelFacts) -> list[Check]:
     """That the kernels do what the units do, that the machine issued what they executed, and each phase's laws."""
-    different, handed_on = ran.differences, sum(len(drawn.tiles) for drawn in ran.drawn)
+    programs, different = facts.programs, facts.programs.differences
     checks = [
         equal("stage 1: PSV entries other than the unit's", different.classified, 0),
         equal("stage 2: volumes drawn other than the unit's", different.drawn, 0),
         equal("stage 2: tile states other than the unit's", different.states, 0),
-        equal("stencil pixels = the algorithm's", sum(d.pixels for d in ran.drawn), traffic.stencil_pixels),
-        equal("tiles handed on = emitted", handed_on, ran.counters[STAGE_2].emitted.sum()),
+        equal("stencil pixels = the algorithm's", programs.pixels, facts.picture.traffic.stencil_pixels),
+        equal("tiles handed on = emitted", programs.tiles, ran.counters[STAGE_2].emitted.sum()),
     ]
     for phase in PHASES:
         counters = ran.counters[phase]
         checks.append(equal(f"{phase}: instructions issued", ran.executed[phase], counters.useful.sum()))
         checks += phase_checks(phase, cores, counters)
     return checks
+
+
+KIND = Kind(takes, execute, KernelsPlayer)

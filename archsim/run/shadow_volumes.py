@@ -14,10 +14,11 @@ from archsim.machine.pipeline.build import PipelineMachine, pipeline_machine
 from archsim.machine.pipeline.counters import PipelineCounters
 from archsim.machine.pipeline.play import play
 from archsim.raster.eye_view import eye_view
-from archsim.run.listen import Listen, to_nothing
+from archsim.run.listen import Listen
 from archsim.run.measure import measured
 from archsim.run.pipeline_metrics import pipeline_checks, pipeline_latencies, pipeline_statistics
-from archsim.run.progress import Progress, silent
+from archsim.run.progress import Progress
+from archsim.run.rendering import Functional, Kind, Piece, Play
 from archsim.run.result import Check, Histogram, Result, Statistic
 from archsim.run.shadow_volume_statistics import TRAFFIC, WORKLOAD
 from archsim.scene.scene import Scene, digest, load_scene
@@ -28,19 +29,22 @@ from archsim.shadow_volumes.order import Order
 from archsim.shadow_volumes.psv_cache import CacheShape
 from archsim.shadow_volumes.volumes import Counting, Extrusion
 from archsim.shadow_volumes.work import UNITS, needed_bytes, pipeline_work
+from archsim.trace.stream import PipelineWork
 
 PHASE = "shadow_volumes"
 PSV_BUFFERS, PSV_CACHE, DELAY_STREAM = "psv_buffers", "psv_cache", "delay_stream"  # components of the machine
 
 
-class Playing(NamedTuple):
-    """How a view is drawn on a pipeline."""
+class Facts(NamedTuple):
+    """All that does not depend on the machine's speed, besides the work."""
 
-    model: str
-    variant: str
-    twice: bool  # each volume submitted twice
-    progress: Progress
-    listen: Listen = to_nothing
+    scene_digest: str
+    statistics: list[Statistic]  # of workload and traffic
+    traffic: Traffic
+    mask: Check  # that it is brute force's
+    shadow: np.ndarray  # as in Result
+    histogram: Histogram
+    maps: dict[str, np.ndarray]
 
 
 class Played(NamedTuple):
@@ -51,46 +55,120 @@ class Played(NamedTuple):
     latencies: dict[str, np.ndarray]  # as in Result
 
 
-def simulate_shadow_volumes(
-    config: RunConfig, progress: Progress = silent, listen: Listen = to_nothing
-) -> Result:
-    """Draw and play the volumes of one light; `config` is a checked RunConfig of this kind."""
-    workload = config.workload
-    assert isinstance(workload, ShadowVolumesConfig)
-    resources = resources_of(config.machine)
-    method, scene = method_of(workload, resources), load_scene(config.scene)
-    view = prepare_light(scene, workload.light, method)
+def takes(config: RunConfig) -> Resources:
+    """What picture and work take from the machine: who overflows what decides what is drawn and moved, and where."""
+    return resources_of(config.machine)
 
+
+def execute(functional: Functional, play: Play) -> Facts:
+    """Draw the volumes of one light by units of the pipeline, and once more by brute force."""
+    workload, resources = functional.workload, functional.taken
+    assert isinstance(workload, ShadowVolumesConfig)
+    method, scene = method_of(workload, resources), load_scene(functional.scene)
+    view = prepare_light(scene, workload.light, method)
+    play(pipeline_piece(view, workload.variant, resources, workload.submission == "twice"))
     expected, drawn = draw(view, BRUTE_FORCE, resources), draw(view, workload.variant, resources)
-    how = Playing(config.model, workload.variant, workload.submission == "twice", progress, listen)
-    played = play_on_pipeline(config.machine, view, drawn.traffic, how)
-    checks = [equal_masks(drawn.shadow, expected.shadow), *played.checks]
-    statistics = [
-        *measured("workload", WORKLOAD, view),
-        *measured("traffic", TRAFFIC, drawn.traffic),
-        *played.statistics,
-    ]
-    values = {statistic.name: statistic.value for statistic in statistics}
-    first = (
-        "workload.triangles",
-        "workload.volumes",
-        "traffic.total",
-        "traffic.processed",
-        f"{PHASE}.cycles",
-    )
-    summary = {**{name: values[name] for name in first}, "checks_passed": all(check.ok for check in checks)}
-    maps = update_map(drawn, method.tile)
-    return Result(
-        config.name,
-        digest(scene),
-        summary,
-        statistics,
-        checks,
+    return facts_of(digest(scene), view, drawn, equal_masks(drawn.shadow, expected.shadow))
+
+
+def facts_of(scene_digest: str, view: View, drawn: Variant, masks: Check) -> Facts:
+    """What is known of a view that is drawn."""
+    tile = view.seen.screen.tile
+    return Facts(
+        scene_digest,
+        [*measured("workload", WORKLOAD, view), *measured("traffic", TRAFFIC, drawn.traffic)],
+        drawn.traffic,
+        masks,
         drawn.shadow,
-        [update_histogram(drawn, method.tile)],
-        maps,
-        played.latencies,
+        update_histogram(drawn, tile),
+        update_map(drawn, tile),
     )
+
+
+def pipeline_piece(view: View, variant: str, resources: Resources, twice: bool) -> Piece:
+    """The work of a pipeline that draws a view; `twice`: each volume is submitted twice."""
+    work = pipeline_work(view, variant, resources, twice)
+    return Piece(PHASE, work, needed_bytes(view.seen.screen, resources.num_psv_buffers))
+
+
+class VolumesPlayer:
+    """One light's volumes on the pipeline of a run."""
+
+    def __init__(self, config: RunConfig, progress: Progress, listen: Listen):
+        workload = config.workload
+        assert isinstance(workload, ShadowVolumesConfig)
+        self.name, twice = config.name, workload.submission == "twice"
+        self.pipeline = OnPipeline(config.machine, Playing(config.model, twice, progress, listen))
+
+    def play(self, piece: Piece) -> None:
+        """Play all volumes."""
+        self.pipeline.play(piece)
+
+    def result(self, facts: Facts) -> Result:
+        """The picture and what the pipeline took."""
+        played = self.pipeline.played(facts.traffic)
+        checks, statistics = [facts.mask, *played.checks], [*facts.statistics, *played.statistics]
+        values = {statistic.name: statistic.value for statistic in statistics}
+        summary = {name: values[name] for name in _FIRST}
+        return Result(
+            self.name,
+            facts.scene_digest,
+            {**summary, "checks_passed": all(check.ok for check in checks)},
+            statistics,
+            checks,
+            facts.shadow,
+            [facts.histogram],
+            facts.maps,
+            played.latencies,
+        )
+
+
+_FIRST = (
+    "workload.triangles",
+    "workload.volumes",
+    "traffic.total",
+    "traffic.processed",
+    f"{PHASE}.cycles",
+)
+
+
+class Playing(NamedTuple):
+    """How work is played on a pipeline."""
+
+    model: str
+    twice: bool  # each volume is submitted twice
+    progress: Progress
+    listen: Listen
+
+
+class OnPipeline:
+    """A view's work on a pipeline, and what came of it."""
+
+    def __init__(self, config: MachineConfig, how: Playing):
+        self.config, self.how, self.machine = config, how, pipeline_machine(config)
+        self.counters: PipelineCounters | None = None
+
+    def play(self, piece: Piece) -> None:
+        """Play it. ArchsimError if the pipeline has no room for it."""
+        assert isinstance(piece.work, PipelineWork)
+        _check_memory(self.config, self.machine, piece.needed_bytes)
+
+        def told(done: int) -> None:
+            self.how.progress(PHASE, done, max(done, 1))
+
+        heard = self.how.listen(PHASE, self.machine)
+        self.counters = play(self.how.model, self.machine, piece.work, told, heard)
+
+    def played(self, traffic: Traffic) -> Played:
+        """What it came to; drawing it moves `traffic`."""
+        counters, machine = self.counters, self.machine
+        assert counters is not None
+        checks = [
+            *_traffic_checks(counters, traffic, self.how.twice),
+            *pipeline_checks(PHASE, machine, counters),
+        ]
+        latencies = pipeline_latencies(PHASE, machine, counters)
+        return Played(pipeline_statistics(PHASE, machine, counters), checks, latencies)
 
 
 def update_map(drawn: Variant, tile: int) -> dict[str, np.ndarray]:
@@ -108,21 +186,6 @@ def update_histogram(drawn: Variant, tile: int) -> Histogram:
     """Tiles by how often the stencil of a pixel in them was updated: the depth complexity of what was drawn."""
     updates = np.round(drawn.updates / tile**2).astype(np.int64)
     return Histogram("Stencil updates of a pixel, mean of each tile", "updates", np.bincount(updates.ravel()))
-
-
-def play_on_pipeline(config: MachineConfig, view: View, traffic: Traffic, how: Playing) -> Played:
-    """A view played on a pipeline on which drawing it moves `traffic`. ArchsimError if it has no room for it."""
-    machine, resources = pipeline_machine(config), resources_of(config)
-    _check_memory(config, machine, view, resources)
-    work = pipeline_work(view, how.variant, resources, how.twice)
-
-    def told(done: int) -> None:
-        how.progress(PHASE, done, max(done, 1))
-
-    counters = play(how.model, machine, work, told, how.listen(PHASE, machine))
-    checks = [*_traffic_checks(counters, traffic, how.twice), *pipeline_checks(PHASE, machine, counters)]
-    latencies = pipeline_latencies(PHASE, machine, counters)
-    return Played(pipeline_statistics(PHASE, machine, counters), checks, latencies)
 
 
 def equal_masks(shadow: np.ndarray, expected: np.ndarray) -> Check:
@@ -165,9 +228,8 @@ def resources_of(machine: MachineConfig) -> Resources:
     return Resources(pool.count, CacheShape(cache.size, cache.line, cache.ways), stream.size)
 
 
-def _check_memory(config: MachineConfig, machine: PipelineMachine, view: View, resources: Resources) -> None:
+def _check_memory(config: MachineConfig, machine: PipelineMachine, needed: int) -> None:
     """ArchsimError if the buffers do not fit into the memory, or reach into the delay stream."""
-    needed = needed_bytes(view.seen.screen, resources.num_psv_buffers)
     stream = config.components[DELAY_STREAM]
     assert isinstance(stream, DelayStreamConfig)
     free = min(machine.dram_bytes, stream.address)
@@ -187,3 +249,6 @@ def _traffic_checks(counters: PipelineCounters, traffic: Traffic, twice: bool) -
         ("delay stream bytes", 2 * int(counters.stream_bytes.sum()), 0 if twice else traffic.delay_stream),
     ]
     return [Check(f"{PHASE}: {name} = the algorithm's", a == b, f"{a} = {b}") for name, a, b in pairs]
+
+
+KIND = Kind(takes, execute, VolumesPlayer)

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import time
 import traceback
-from collections.abc import Callable
-from functools import lru_cache
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from archsim.config import RunConfig
 from archsim.errors import ArchsimError, fail
 from archsim.run.folder import publish
 from archsim.run.kinds import kind_of
-from archsim.run.progress import silent
 from archsim.sweep.store import write_point
 
 
@@ -60,25 +57,13 @@ def perform(job: RenderJob | PointJob) -> Done:
 def _render(job: RenderJob) -> None:
     if job.work.is_dir():  # a cluster may do a job twice
         return
-    rendering = kind_of(job.config).rendering
-    assert rendering is not None
-    rendered = rendering.render(job.config)
-    publish(job.work, True, lambda folder: rendering.save(rendered, folder))
+    publish(job.work, True, lambda folder: kind_of(job.config).render(job.config, folder))
 
 
 def _play(job: PointJob, started: float) -> None:
     kind = kind_of(job.config)
-    if job.work is None or kind.rendering is None:
-        result = kind.simulate(job.config, silent)
-    else:
-        result = kind.rendering.replay(job.config, _loaded(kind.rendering.load, job.work), silent)
+    result = kind.simulate(job.config) if job.work is None else kind.replay(job.config, job.work)
     broken = [f"check failed: {check.name}: {check.detail}" for check in result.checks if not check.ok]
     if broken:
         raise fail("\n".join(broken))
     write_point(job.folder, job.digest, job.config, result, time.perf_counter() - started, job.command)
-
-
-@lru_cache(maxsize=1)
-def _loaded(load: Callable[[Path], Any], work: Path) -> Any:
-    """The work in a folder; the last one stays in memory, because the next point usually plays it too."""
-    return load(work)

@@ -13,6 +13,7 @@ from archsim.config.sweep import SweepConfig
 from archsim.errors import ArchsimError, fail
 from archsim.jit import code_digest
 from archsim.run.kinds import kind_of
+from archsim.run.rendering import Functional
 from archsim.scene.scene import digest, load_scene
 from archsim.sweep.expand import Parameters, command, expand, overrides
 
@@ -28,9 +29,8 @@ class Point(NamedTuple):
     command: str  # that repeats it on its own
     config: RunConfig | None  # None: the values do not make a run
     digest: str  # of all that its result depends on
-    functional_digest: (
-        str | None
-    )  # of all that its picture and work depend on; None: it can't be rendered apart
+    functional_digest: str | None  # of all that its picture and work depend on; None: there is no config
+    from_machine: dict[str, Any]  # what its picture and work take from the machine, by name
     error: str | None  # why there is no config
 
 
@@ -52,23 +52,19 @@ def _point(run: str, parameters: Parameters) -> Point:
     repeat = command(run, parameters)
     try:
         config = load_run(run, overrides(parameters))
-        own, functional = _digests(config)
+        functional = kind_of(config).functional(config)
+        own, shared = _digests(config, functional)
     except ArchsimError as error:
-        return Point(parameters, repeat, None, _digest({"command": repeat}), None, str(error))
-    return Point(parameters, repeat, config, own, functional, None)
+        return Point(parameters, repeat, None, _digest({"command": repeat}), None, {}, str(error))
+    return Point(parameters, repeat, config, own, shared, functional.from_machine(), None)
 
 
-def _digests(config: RunConfig) -> tuple[str, str | None]:
+def _digests(config: RunConfig, functional: Functional) -> tuple[str, str]:
     """Of all that the result depends on, and of all that picture and work depend on."""
     whole = config.model_dump(mode="json", exclude={"name"})
     scene = config.scene and _scene_digest(config.scene.model_dump_json())
     made_of = {"code": _code(), "scene": scene}
-    own = _digest({**made_of, "config": whole})
-    rendering = kind_of(config).rendering
-    if rendering is None:
-        return own, None
-    parts = {key: value for key, value in whole.items() if key not in ("machine", "model")}
-    return own, _digest({**made_of, "config": parts, "machine": rendering.depends_on_machine(config)})
+    return _digest({**made_of, "config": whole}), _digest({**made_of, **functional.described()})
 
 
 @cache

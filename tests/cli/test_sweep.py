@@ -68,6 +68,7 @@ def test_a_dry_run_prints_the_points_and_does_nothing(tmp_path):
 
     assert len(result.stdout.splitlines()) == 4
     assert "4 of 4 points, 2 pictures to render" in result.stderr
+    assert "pictures and their work take from the machine: nothing" in result.stderr
     assert [path.name for path in tmp_path.iterdir()] == ["small.yaml"]
 
 

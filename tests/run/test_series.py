@@ -9,8 +9,7 @@ from archsim.machine.counters import no_counters
 from archsim.machine.pipeline.build import pipeline_machine
 from archsim.machine.series import sample_of
 from archsim.run import simulate
-from archsim.run.kinds import kind_of
-from archsim.run.progress import silent
+from archsim.run.folder import plain
 from archsim.run.series import INTERVALS, MOST_INTERVALS, Interval, Recorder
 
 TINY = load_run("runs/tiny.yaml")
@@ -37,6 +36,20 @@ def test_an_interval_is_the_difference_of_its_ends():
 
     assert values["until_cycle"] == 300
     assert values["dram.row_hit_percent"] == 100 * 2 / 4
+
+
+def test_an_interval_without_requests_has_no_hit_rate():
+    recorder = Recorder(10, MACHINE)
+    for cycle, number in ((10, 4), (20, 4), (30, 8)):
+        lookups = np.full_like(NOTHING.cache_hits, number)
+        recorder.take(sample(cycle, classified=number, lookups=lookups, hits=0 * lookups))
+
+    series = recorder.series()
+
+    for name in ("dram.row_hit_percent", "l2.hit_percent"):
+        np.testing.assert_array_equal(series.columns[name], [0, np.nan, 0])
+        assert plain(series.columns[name]) == [0, None, 0]
+    assert series.columns["dram.bandwidth_bytes_per_cycle"] == [0, 0, 0]
 
 
 def test_a_run_tells_its_series_when_asked_to():
@@ -109,13 +122,3 @@ def test_kernels_and_the_pipeline_beside_them_tell_theirs():
     for phase in ("hsv_clear", "hsv_stage1", "hsv_stage2"):
         useful = 100 * result.value(f"{phase}.instructions") / cores
         assert sums_to(result.series[phase], "useful_percent", useful)
-
-
-def test_work_that_was_rendered_before_is_told_the_same():
-    config = load_run("runs/tiny.yaml", ("scene.resolution=[16,12]", "statistics.interval_cycles=500"))
-    kind = kind_of(config)
-    rendered = kind.rendering.render(config)
-
-    replayed = kind.rendering.replay(config, rendered, silent)
-    assert replayed.series == simulate(config).series
-    assert replayed.series.keys() == {"izb_clear", "izb_build", "izb_raster"}

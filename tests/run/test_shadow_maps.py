@@ -113,8 +113,8 @@ def test_an_evaluator_puts_rows_where_its_design_does():
     exact = load_run("runs/lograster_tiny.yaml", [EVALUATOR + "design=full"])
     grid = make_grid(4, 64, 100.0)
 
-    assert np.array_equal(rows_of(hardware_of(exact.machine), 4, 64, 100.0).y, grid.y)
-    assert not np.array_equal(rows_of(hardware_of(coarse.machine), 4, 64, 100.0).y, grid.y)
+    assert np.array_equal(rows_of(hardware_of(exact.machine).parts, 4, 64, 100.0).y, grid.y)
+    assert not np.array_equal(rows_of(hardware_of(coarse.machine).parts, 4, 64, 100.0).y, grid.y)
 
 
 def test_blocks_of_four_tiles_are_touched_with_any_of_them():

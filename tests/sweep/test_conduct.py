@@ -116,10 +116,8 @@ def test_a_broken_law_is_a_failure(tmp_path, monkeypatch):
     from tests.run.results import make_result
 
     class Broken:
-        rendering = None
-
         @staticmethod
-        def simulate(config, progress):
+        def simulate(config):
             return make_result(checks=[Check("books balance", False, "1 = 2")])
 
     monkeypatch.setattr("archsim.sweep.job.kind_of", lambda config: Broken)

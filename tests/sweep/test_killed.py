@@ -8,6 +8,8 @@ import subprocess
 import sys
 import time
 
+import pytest
+
 import archsim
 from archsim.config.document import dump
 from archsim.run import simulate
@@ -15,15 +17,30 @@ from archsim.run.folder import result_json
 from archsim.sweep.plan import make_plan
 from tests.sweep.small import SWEEP, sweep
 
-PARAMETERS = [
-    {
-        "grid": {
-            "machine.components.l2.size": ["1 KiB", "2 KiB", "4 KiB"],
-            "seed": [1, 2],
-            "model": ["reference", "compiled"],
+IZB = {
+    "parameters": [
+        {
+            "grid": {
+                "machine.components.l2.size": ["1 KiB", "2 KiB", "4 KiB"],
+                "seed": [1, 2],
+                "model": ["reference", "compiled"],
+            }
         }
-    }
-]
+    ]
+}
+MAPS = {
+    "run": "runs/lograster_tiny.yaml",
+    "set": {"workload.texels": [32, 32], "scene.resolution": [16, 12]},
+    "parameters": [
+        {
+            "grid": {
+                "machine.components.z_cache.codec": ["lloyd", "none"],
+                "machine.components.fine.interval_cycles": [1, 2, 3],
+                "machine.components.dram.scheduler": ["fcfs", "fr_fcfs"],
+            }
+        }
+    ],
+}
 KILLS = 4
 
 
@@ -37,8 +54,9 @@ def whole_points(folder):
     return found
 
 
-def test_killed_again_and_again(tmp_path):
-    (tmp_path / "sweep.yaml").write_text(dump({**SWEEP, "parameters": PARAMETERS}))
+@pytest.mark.parametrize("changes", [IZB, MAPS], ids=["izb", "maps"])
+def test_killed_again_and_again(tmp_path, changes):
+    (tmp_path / "sweep.yaml").write_text(dump({**SWEEP, **changes}))
     command = [sys.executable, "-m", "archsim", "sweep", "sweep.yaml", "--out", "out", "--jobs", "2"]
     environment = {**os.environ, "PYTHONPATH": os.path.dirname(os.path.dirname(archsim.__file__))}
     generator, before = random.Random(7), {}
@@ -60,7 +78,8 @@ def test_killed_again_and_again(tmp_path):
 
     done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-    expected = make_plan(sweep(parameters=PARAMETERS), "runs/tiny.yaml")
+    config = sweep(**changes)
+    expected = make_plan(config, config.run)
     assert whole_points(tmp_path / "out") == {
         point.digest: result_json(simulate(point.config)) for point in expected
     }

@@ -50,6 +50,6 @@ def play_designs() -> dict[str, Sustained]:
 
 def _play(hardware: Hardware) -> Sustained:
     offset = OffsetSpec(0.0, 0.0, int(Switch.INTERPOLATED))
-    targets = targets_of(hardware, [WHOLE_MAP], [(SIDE, SIDE)], offset)
+    targets = targets_of(hardware.parts, [WHOLE_MAP], [(SIDE, SIDE)], offset)
     (played,) = play_maps("compiled", hardware, SQUARE, [WHOLE_MAP], targets)
     return Sustained(played.counters.cycles, played.tasks("fine"), played.table_read)

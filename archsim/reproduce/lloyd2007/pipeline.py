@@ -60,10 +60,10 @@ def _play(mesh: Mesh, equal: Equal, hardware: Hardware, name: str) -> Played:
     maps: list[PlayedMap] = []
     checks: list[Check] = []
     for number, fitted in enumerate(equal.fitted):
-        targets = targets_of(hardware, fitted.maps, fitted.sizes, OFFSET)
+        targets = targets_of(hardware.parts, fitted.maps, fitted.sizes, OFFSET)
         for each in play_maps("compiled", hardware, mesh, fitted.maps, targets):
-            where = f"{name}, frame {number}: {each.shadow_map.name}"
-            same = bool(np.array_equal(each.depth, each.drawn.depth))
+            where = f"{name}, frame {number}: {each.map.shadow_map.name}"
+            same = bool(np.array_equal(each.map.depth, each.map.drawn.depth))
             checks.append(Check(f"{where}: depths of drawing", same, ""))
             checks += pipeline_checks(where, hardware.machine, each.counters)
             maps.append(each)
@@ -71,12 +71,12 @@ def _play(mesh: Mesh, equal: Equal, hardware: Hardware, name: str) -> Played:
     return Played(
         errors=equal.errors,
         maps=len(maps) / frames,
-        texels=sum(each.depth.size for each in maps) / frames,
+        texels=sum(each.map.depth.size for each in maps) / frames,
         cycles=sum(each.counters.cycles for each in maps) / frames,
         tiles=sum(each.tasks("fine") for each in maps) / frames,
         read=sum(each.read for each in maps) / frames,
         written=sum(each.written for each in maps) / frames,
-        plain=float(sum(each.plain.sum() for each in maps)) / frames,
+        plain=float(sum(each.map.plain.sum() for each in maps)) / frames,
         checks=checks,
     )
 
