@@ -54,7 +54,7 @@ def test_both_models_flush_alike(played):
     assert written_back or used.cache_writethroughs_out.sum() > 0
 
 
-@settings(quick, max_examples=300)
+@settings(quick, max_examples=60)
 @given(plays(many_tasks()), st.sampled_from([8, 31, 32, 33, 65]), st.sampled_from([1, 5, 40]))
 def test_both_models_agree_on_many_threads_that_compute(played, num_threads, longer):
     """More threads than a word of a set holds, and more turns than one between two operations."""
