@@ -18,7 +18,7 @@ from archsim.execute import izb_memory
 from archsim.execute.izb_raster import raster_work
 from archsim.raster.conservative import GridFragments, populated
 from archsim.run.izb_subject import subject_of
-from archsim.run.izb_work import LightViewWork, Recorded, prepare
+from archsim.run.izb_work import LightViewWork, Recorded, prepare, takes
 from archsim.shadow.grid import Grid, head_of_logical
 from archsim.shadow.plain import grid_fragments
 
@@ -56,7 +56,7 @@ def show_row(row: str) -> None:
 def built(row: str, head_bytes: int) -> LightViewWork:
     """The light view of a row, its lists in memory."""
     config = load_row(row, [f"workload.head_bytes={head_bytes}"])
-    (view,) = prepare(config, subject_of(config))
+    (view,) = prepare(config.workload, takes(config), subject_of(config))
     for _ in view.build().chunks:
         pass
     return view

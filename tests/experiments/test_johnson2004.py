@@ -148,7 +148,7 @@ def test_every_variant_of_a_drawing_can_be_configured(nodes):
 
 def test_orders_keep_the_fragments(orders, sensitivity):
     config = sensitivity.load_row("knot_light0", ["scene.resolution=[64, 48]"])
-    (view,) = orders.prepare(config, orders.subject_of(config))
+    (view,) = orders.prepare(config.workload, orders.takes(config), orders.subject_of(config))
     list(view.build().chunks)
     found = orders.fragments_of(view)
     for name, order in orders.orders(view, found):

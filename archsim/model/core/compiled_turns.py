@@ -29,11 +29,22 @@ _PLACE = (1 << PLACE_BITS) - 1
 
 @inlined_step
 def play_to(state, core, cycle):
-    """Let the core's ready threads, if there are any, issue in turn up to before `cycle`; none does its operation."""
+    """Let the core's ready threads, if there are any, issue in turn up to before `cycle`; none does its operation.
+
+    All who wake in `cycle` are known.
+    """
+    owner = state.cores[core]
+    is_turn_of_first = owner["first_slot"] == cycle and owner["next_wake"] != cycle
+    _catch_up(state, core, cycle, is_turn_of_first and not _ends(state, owner))
+
+
+@inlined_step
+def _catch_up(state, core, cycle, is_turn_of_first):
+    """The same; whether it is known already that the first operation follows in `cycle`."""
     owner = state.cores[core]
     if owner["played_to"] < cycle and owner["next_slot"] < cycle and owner["num_ready"] > 0:
         owner["useful"] += cycle - owner["next_slot"]
-        if owner["first_slot"] == cycle and owner["next_wake"] != cycle and not _ends(state, owner):
+        if is_turn_of_first:
             _turn_to_first(state, core)
         else:
             _turn(state, core, cycle - owner["next_slot"])
@@ -73,9 +84,9 @@ def _turn(state, core, num_slots):
 
 @step
 def play_all_to(state, cycle):
-    """Let the ready threads of all cores issue in turn up to before `cycle`."""
+    """Let the ready threads of all cores issue in turn up to before `cycle`, in which any may still wake."""
     for core in range(len(state.cores)):
-        play_to(state, core, cycle)
+        _catch_up(state, core, cycle, False)
 
 
 @inlined_step
