@@ -46,7 +46,9 @@ _RUN_FIELDS = (  # times in core cycles
     "needs_room",  # whether a queue may overflow in the next cycle
     "culprit",  # thread that unlocked what it did not hold
 )
-RUN = record(*_RUN_FIELDS, indices=("next_core",))  # first core that has not issued in `cycle`
+RUN = record(
+    *_RUN_FIELDS, indices=("next_unit",)
+)  # of a pipeline: first that has not been looked at in `cycle`
 ANSWER = record("arrival", "rank", "requester")
 
 

@@ -9,19 +9,12 @@ from archsim.config import load_run
 from archsim.errors import ArchsimError
 from archsim.run.folder import result_json
 from archsim.run.kinds import kind_of
+from tests.run.small import KNIGHTS as SMALL_KNIGHTS
 
 TINY = ("runs/tiny.yaml", "scene.resolution=[32, 24]")
 LIGHT_INSIDE = "scene.lights=[{position: [0.1, -0.3, 0.2]}]"
 NOTHING_SEEN = "scene.camera.target=[0, -100, 50]"
-KNIGHTS = (
-    "runs/hsv_knights_hierarchical.yaml",
-    "scene.resolution=[72,56]",
-    "scene.mesh.parameters.knights=3",
-    "scene.mesh.parameters.radius=1.5",
-    "scene.lights.0.position=[3, 1, 6]",
-    "scene.camera.eye=[0, -7, 2]",
-    "workload.range=20",
-)
+KNIGHTS = ("runs/hsv_knights_hierarchical.yaml", *SMALL_KNIGHTS)
 KERNELS = ("runs/hsv_kernels_tiny.yaml", "scene.resolution=[48,40]", "scene.mesh.parameters.knights=2")
 MAPS = ("runs/lograster_tiny.yaml", "workload.texels=[64, 64]")
 

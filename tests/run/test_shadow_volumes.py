@@ -5,19 +5,11 @@ import pytest
 from archsim.config import load_run
 from archsim.errors import ArchsimError
 from archsim.run import simulate
-
-SMALL = [
-    "scene.resolution=[72,56]",
-    "scene.mesh.parameters.knights=3",
-    "scene.mesh.parameters.radius=1.5",
-    "scene.lights.0.position=[3, 1, 6]",
-    "scene.camera.eye=[0, -7, 2]",
-    "workload.range=20",
-]
+from tests.run.small import KNIGHTS as SMALL_KNIGHTS
 
 
 def run(*overrides):
-    return simulate(load_run("runs/hsv_knights_hierarchical.yaml", [*SMALL, *overrides]))
+    return simulate(load_run("runs/hsv_knights_hierarchical.yaml", [*SMALL_KNIGHTS, *overrides]))
 
 
 def failed(result):

@@ -29,17 +29,17 @@ OVER, WORK_WANTED, NEEDS_ROOM, PAUSED = range(4)  # why `play` returns
 def play(spec: Machine, state: State):
     """Play until the work is over or the caller must help; the status says which."""
     run = state.run[0]
-    cycle, first_unit = run["cycle"], run["next_core"]
+    cycle, first_unit = run["cycle"], run["next_unit"]
     while cycle != NEVER:
         run["cycle"] = cycle
         if run["pause"] <= cycle:
-            run["next_core"] = 0
+            run["next_unit"] = 0
             return PAUSED
         if run["next_answer"] <= cycle:
             deliver_due(spec, state, cycle)
         for number in range(first_unit, len(state.stages.units)):
             if not _look_at_unit(spec, state, cycle, number):
-                run["next_core"] = number
+                run["next_unit"] = number
                 return WORK_WANTED
         first_unit = 0
         for number in range(len(state.stream_roused)):
@@ -49,7 +49,7 @@ def play(spec: Machine, state: State):
 
         cycle = play_dram(spec, state, next_wake(state.core, cycle, _next_due(state, cycle)))
         if run["needs_room"] != 0 and cycle != NEVER:
-            run["cycle"], run["next_core"] = cycle, 0
+            run["cycle"], run["next_unit"] = cycle, 0
             return NEEDS_ROOM
     return OVER
 

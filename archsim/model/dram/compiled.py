@@ -40,7 +40,7 @@ __all__ = [
 ]
 
 _IDEAL = int(Scheduler.IDEAL)
-_CHANNEL_BITS = 12  # of a clock and a channel in one integer
+_CHANNEL_BITS = 12  # of a clock and a channel in one integer; a configuration has at most 4,096
 
 
 @inlined_step
