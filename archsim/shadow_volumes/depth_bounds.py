@@ -14,6 +14,7 @@ from archsim.shadow_volumes.casters import Casters
 from archsim.shadow_volumes.polygon import Frustum, new_polygon, project
 from archsim.shadow_volumes.volumes import box_corners, clear_of_near_plane, extruded, seen_by
 
+_NARROW = 0.01  # cosine; a box that the light sees at a wider angle than that has no bounds
 _WIDER = 1 + 2.0**-18  # of the bounds: for rounding, and for NEARER in tiles.py
 
 # Corner i of a box has bit 0, 1, 2 of i as its x, y, z side; seen from outside, faces are counterclockwise.
@@ -32,14 +33,33 @@ def depth_bounds(scene: Scene, light: np.ndarray, box: np.ndarray, reach: float 
     bounds[seen, 1] = 1.0 / np.maximum(depth[seen].min(axis=1), 1e-300)
 
     casters = Casters(*_box_mesh(box), len(box))
-    points, triangles, starts, _ = extruded(casters, light, np.zeros(len(box), bool), reach)
+    end = None if reach is None else np.repeat(_end_of_box_volumes(box, light, reach), 8)
+    points, triangles, starts, _ = extruded(casters, light, np.zeros(len(box), bool), end)
     frustum = Frustum(camera.near, -1.5, width + 0.5, -1.5, height + 0.5)
     _extend(seen_by(points, camera, width, height), triangles, starts, frustum, new_polygon(), bounds)
     bounds[~clear_of_near_plane(box, scene, light), 1] = np.inf
 
     around = ((box[:, 0] <= light) & (light <= box[:, 1])).all(axis=1)
+    if reach is not None:
+        around |= _narrowness(box, light) < _NARROW
     bounds[around] = 0.0, np.inf
     return bounds * np.array([1 / _WIDER, _WIDER])
+
+
+def _end_of_box_volumes(box: np.ndarray, light: np.ndarray, reach: float) -> np.ndarray:
+    """How far from the light the box' volume has to end [n] to hold all volumes of what is in it that end at `reach`.
+
+    Its dark cap is flat: between the corners' rays it is nearer to the light than on them.
+    """
+    farthest = np.linalg.norm(box_corners(box) - light, axis=2).max(axis=1)
+    return np.maximum(reach, farthest) / np.maximum(_narrowness(box, light), _NARROW)
+
+
+def _narrowness(box: np.ndarray, light: np.ndarray) -> np.ndarray:
+    """Cosine [n] of the greatest angle between the rays from the light to the box' centre and to a corner."""
+    to_corners, to_centre = box_corners(box) - light, box.mean(axis=1) - light
+    lengths = np.linalg.norm(to_corners, axis=2) * np.linalg.norm(to_centre, axis=1)[:, None]
+    return (np.einsum("nci,ni->nc", to_corners, to_centre) / np.maximum(lengths, 1e-300)).min(axis=1)
 
 
 def _box_mesh(box: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

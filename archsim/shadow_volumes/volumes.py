@@ -66,9 +66,12 @@ def num_drawn(volumes: Volumes) -> int:
 
 
 def extruded(
-    casters: Casters, light: np.ndarray, z_pass: np.ndarray, reach: float | None
+    casters: Casters, light: np.ndarray, z_pass: np.ndarray, reach: float | np.ndarray | None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """points, triangles and starts of Volumes, and int64 [num_volumes] triangles of each light cap."""
+    """points, triangles and starts of Volumes, and int64 [num_volumes] triangles of each light cap.
+
+    `reach`: where volumes end, from the light; [num_vertices] for each vertex.
+    """
     cap = light_cap(casters, light)
     edge = silhouette(cap)
     num_vertices = len(casters.positions)
@@ -151,14 +154,14 @@ def _boxes(casters: Casters) -> np.ndarray:
     return box
 
 
-def _points(positions: np.ndarray, light: np.ndarray, reach: float | None) -> np.ndarray:
+def _points(positions: np.ndarray, light: np.ndarray, reach: float | np.ndarray | None) -> np.ndarray:
     """Homogeneous vertices, then their dark points."""
     away = positions - light
     lit = np.concatenate([positions, np.ones((len(positions), 1))], axis=1)
     if reach is None:
         dark = np.concatenate([away, np.zeros((len(positions), 1))], axis=1)
     else:
-        distance = np.linalg.norm(away, axis=1, keepdims=True)
+        distance = np.linalg.norm(away, axis=1)
         factor = np.maximum(reach / np.where(distance > 0, distance, 1.0), 1.0)
-        dark = np.concatenate([light + away * factor, np.ones((len(positions), 1))], axis=1)
+        dark = np.concatenate([light + away * factor[:, None], np.ones((len(positions), 1))], axis=1)
     return np.concatenate([lit, dark])
