@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from archsim.config.explain import Origin
 from archsim.report import figures, time_figures
 from archsim.report.advice import advice, pipeline_advice
 from archsim.report.figures import Roof
@@ -29,12 +30,9 @@ def run_report(
     result: Result,
     config_yaml: str,
     manifest: Mapping[str, Any],
-    origins: Sequence[tuple[str, Any, str]] = (),
+    origins: Sequence[Origin],
 ) -> str:
-    """The page as HTML text. It needs nothing but itself: no network, no other file.
-
-    `origins` are (key, value, who set it) of the configuration.
-    """
+    """The page as HTML text. It needs nothing but itself: no network, no other file."""
     ran, flowed, waits = phases(result), pipeline_phases(result), unit_waits(result)
     return render(
         "run.html.j2",
