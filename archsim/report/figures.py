@@ -171,7 +171,10 @@ def histogram(data: Histogram, key: str) -> str:
     mean = float((values * counts).sum() / max(int(counts.sum()), 1))
     axes.axvline(mean, color=VERMILLION, linestyle="--", label=f"mean {mean:.3g}")
     axes.set(
-        title=data.title, xlabel=f"[{data.unit}]", ylabel="count", xlim=(-0.5, max(len(counts) - 0.5, 1))
+        title=data.title,
+        xlabel=f"[{data.unit}]",
+        ylabel=f"number of {data.counted}",
+        xlim=(-0.5, max(len(counts) - 0.5, 1)),
     )
     if counts.any():
         axes.set_yscale("log")
