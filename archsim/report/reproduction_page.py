@@ -16,7 +16,7 @@ from archsim.report.tables import FAIR_PERCENT, GOOD_PERCENT, grade, tables
 from archsim.reproduce.cells import CALIBRATED, EXACT, KINDS, PREDICTED, Cell, Paper
 from archsim.reproduce.reproduction import Reproduction
 
-Outcomes = Callable[[list[Phase]], dict[str, dict[str, float]]]
+Outcomes = Callable[[Sequence[Phase]], dict[str, dict[str, float]]]
 
 
 def reproduction_report(

@@ -18,10 +18,8 @@ def map_histograms(maps: Sequence[DrawnMap]) -> list[Histogram]:
     layers = [sum(each) for each in zip_longest(*(each.drawn.layers.tolist() for each in maps), fillvalue=0)]
     held = np.concatenate([each.held for each in maps])
     return [
-        Histogram(
-            "Triangles that cover a texel, seen from the light", "triangles", "texels", np.array(layers)
-        ),
-        Histogram("Size in memory of the finished maps' blocks", "bytes", "blocks", np.bincount(held)),
+        Histogram("Depth complexity: triangles over a texel", "triangles", "texels", np.array(layers)),
+        Histogram("Bytes in memory of each block of the finished maps", "bytes", "blocks", np.bincount(held)),
     ]
 
 

@@ -27,7 +27,7 @@ from archsim.shadow_volumes.comparison import BRUTE_FORCE, Method, Traffic, Vari
 from archsim.shadow_volumes.hierarchical import Resources
 from archsim.shadow_volumes.order import Order
 from archsim.shadow_volumes.psv_cache import CacheShape
-from archsim.shadow_volumes.tiles import tiled
+from archsim.shadow_volumes.tiles import spread, tiled
 from archsim.shadow_volumes.volumes import Counting, Extrusion
 from archsim.shadow_volumes.work import UNITS, needed_bytes, pipeline_work
 from archsim.trace.stream import PipelineWork
@@ -177,7 +177,7 @@ def layer_maps(view: View, drawn: Variant) -> dict[str, np.ndarray]:
     Hierarchically drawn, what shows are the tiles with a boundary.
     """
     screen = view.seen.screen
-    of_tiles = tiled(drawn.layers, screen.tile, 0).mean(axis=1).reshape(screen.rows, screen.columns)
+    of_tiles = spread(screen, tiled(drawn.layers, screen.tile, 0).mean(axis=1))
     return {
         "Stencil updates of each pixel; grey: none [updates]": _or_none(drawn.layers),
         "Stencil updates a pixel, tile by tile; grey: none [updates]": _or_none(of_tiles),
@@ -191,7 +191,7 @@ def _or_none(layers: np.ndarray) -> np.ndarray:
 
 def layer_histogram(pixels: np.ndarray) -> Histogram:
     """Of pixels by how often their stencil was updated: the depth complexity of what was drawn."""
-    return Histogram("Stencil updates: sides and caps of volumes over a pixel", "updates", "pixels", pixels)
+    return Histogram("Depth complexity: stencil updates of a pixel", "updates", "pixels", pixels)
 
 
 def equal_masks(shadow: np.ndarray, expected: np.ndarray) -> Check:

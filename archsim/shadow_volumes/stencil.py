@@ -9,7 +9,7 @@ import numpy as np
 from archsim.jit import compiled, inlined, njit
 from archsim.shadow_volumes.footprint import CUTS
 from archsim.shadow_volumes.polygon import closeness
-from archsim.shadow_volumes.tiles import Screen
+from archsim.shadow_volumes.tiles import Screen, spread
 
 
 class Stencil(NamedTuple):
@@ -113,16 +113,9 @@ def tile_ranges(tiles, screen, stencil):
 
 def values(screen: Screen, stencil: Stencil) -> np.ndarray:
     """int32 [height, width]: the stencil value of every pixel."""
-    return stencil.pixels + _spread(screen, stencil.whole)
+    return stencil.pixels + spread(screen, stencil.whole)
 
 
 def layers(screen: Screen, stencil: Stencil) -> np.ndarray:
     """int32 [height, width]: how often the stencil of every pixel was updated."""
-    return stencil.layers + _spread(screen, stencil.whole_layers)
-
-
-def _spread(screen: Screen, tiles: np.ndarray) -> np.ndarray:
-    """Values [num_tiles] of tiles at each of their pixels, [height, width]."""
-    by_place = tiles.reshape(screen.rows, screen.columns)
-    spread = by_place.repeat(screen.tile, axis=0).repeat(screen.tile, axis=1)
-    return np.asarray(spread[: screen.height, : screen.width])
+    return stencil.layers + spread(screen, stencil.whole_layers)
