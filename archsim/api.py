@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -12,8 +13,18 @@ from typing import Any, NamedTuple
 import pandas as pd
 
 from archsim.cli.configs import find_config, find_run
-from archsim.config import RunConfig, load_run, load_sweep, resolved_yaml, run_path, sweep_of
-from archsim.errors import fail
+from archsim.config import (
+    Loaded,
+    LoadedRun,
+    RunConfig,
+    load_run_with_origins,
+    load_sweep_with_origins,
+    resolved_yaml,
+    run_path,
+    sweep_of,
+)
+from archsim.config.explain import flat, origins
+from archsim.errors import Location, fail
 from archsim.report.comparison_page import comparison_report
 from archsim.report.reproduction_page import reproduction_report
 from archsim.report.run_page import run_report
@@ -41,8 +52,13 @@ Changes = Mapping[str, Any] | Sequence[str]  # {"dotted.path": value}, or ["dott
 class Simulated(NamedTuple):
     """A finished run with what it was made of."""
 
-    config: RunConfig
+    loaded: LoadedRun
     result: Result
+    wall_seconds: float
+
+    @property
+    def config(self) -> RunConfig:
+        return self.loaded.config
 
     def frame(self) -> pd.DataFrame:
         """A row for each statistic: value, unit, description."""
@@ -103,18 +119,30 @@ class Reproduced(NamedTuple):
         return f"<h4>{self.paper}</h4>{self.frame().to_html()}"
 
 
-def load(run: str | Path, changes: Changes = ()) -> RunConfig:
-    """The configuration of a file or packaged run. Raises ArchsimError, as all of these functions."""
+def load(run: str | Path, changes: Changes = ()) -> LoadedRun:
+    """The `config` of a file or packaged run, and the `origins` of its values.
+
+    Raises ArchsimError, as all of these functions.
+    """
     texts = override_texts(changes) if isinstance(changes, Mapping) else changes
-    return load_run(find_run(str(run)), texts)
+    return load_run_with_origins(find_run(str(run)), texts)
 
 
-def simulate(run: RunConfig | str | Path, changes: Changes = (), progress: Progress = silent) -> Simulated:
-    """Simulate a run: a configuration, a file, or a packaged run's name; of the latter two with changes."""
-    if isinstance(run, RunConfig) and changes:
+def simulate(
+    run: LoadedRun | RunConfig | str | Path, changes: Changes = (), progress: Progress = silent
+) -> Simulated:
+    """Simulate a run: loaded, a configuration, a file, or a packaged run's name; of the latter two with changes."""
+    if isinstance(run, Loaded | RunConfig) and changes:
         raise fail("a loaded configuration takes no changes", hint="give them to archsim.load")
-    config = run if isinstance(run, RunConfig) else load(run, changes)
-    return Simulated(config, simulate_run(config, progress))
+    if isinstance(run, RunConfig):
+        loaded = _in_python(run)
+    else:
+        loaded = run if isinstance(run, Loaded) else load(run, changes)
+
+    started = time.perf_counter()
+    with loaded.locating():
+        result = simulate_run(loaded.config, progress)
+    return Simulated(loaded, result, time.perf_counter() - started)
 
 
 def sweep(file: str | Path | Mapping[str, Any], out: str | Path | None = None, jobs: int = 1) -> Swept:
@@ -123,17 +151,17 @@ def sweep(file: str | Path | Mapping[str, Any], out: str | Path | None = None, j
     With `jobs` above 1 other processes do the work; a script needs `if __name__ == "__main__":` then.
     """
     if isinstance(file, Mapping):
-        config = sweep_of(plain(file))
-        run = find_run(config.run)
+        loaded = sweep_of(plain(file))
+        run = find_run(loaded.config.run)
     else:
         path = Path(find_config("sweeps", str(file)))
-        config = load_sweep(path)
-        run = run_path(config.run, path.parent)
-    folder = Path(out) if out is not None else Path("runs") / f"sweep-{config.name}"
+        loaded = load_sweep_with_origins(path)
+        run = run_path(loaded.config.run, path.parent)
+    folder = Path(out) if out is not None else Path("runs") / f"sweep-{loaded.config.name}"
     check_folder(folder)
-    plan = make_plan(config, run)
+    plan = make_plan(loaded.config, run)
     workers = LocalWorkers(jobs) if jobs > 1 else OwnProcess()
-    run_sweep(config, (plan, plan), folder, (workers, "1of1", SilentWatch()))
+    run_sweep(loaded, run, (plan, plan), folder, (workers, "1of1", SilentWatch()))
     write_table(folder)
     return Swept(folder, load_table(folder))
 
@@ -166,13 +194,18 @@ def _page_of_folders(folders: list[Path]) -> str:
 
 
 def _reproduction_page(what: Reproduced) -> str:
-    results = {name: row.result for name, row in what.rows.items()}
     seconds = sum(row.wall_seconds for row in what.rows.values())
     manifest = common_manifest(["archsim.reproduce"], seconds)
-    return reproduction_report(paper_named(what.paper).PAPER, what.found, results, manifest)
+    return reproduction_report(paper_named(what.paper).PAPER, what.found, manifest, links={})
 
 
 def _run_page(run: Simulated) -> str:
-    text = resolved_yaml(run.config)
-    manifest = make_manifest(text, run.config.seed, run.result.scene_digest, ["archsim.simulate"], 0.0)
-    return run_report(run.result, text, manifest)
+    text, digest = resolved_yaml(run.config), run.result.scene_digest
+    manifest = make_manifest(text, run.config.seed, digest, ["archsim.simulate"], run.wall_seconds)
+    return run_report(run.result, text, manifest, origins(run.loaded))
+
+
+def _in_python(config: RunConfig) -> LoadedRun:
+    """A configuration that was made or changed in Python, which is what set its values."""
+    keys = (key for key, _ in flat(config.model_dump(mode="json")))
+    return LoadedRun(config, dict.fromkeys(keys, Location("Python")))

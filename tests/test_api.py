@@ -41,18 +41,32 @@ def test_packages_with_the_names_of_verbs_stay_packages():
 
 
 def test_a_run_is_loaded_and_simulated():
-    config = archsim.load("tiny", {**SMALL, "machine.components.l2.size": "2 KiB"})
+    loaded = archsim.load("tiny", {**SMALL, "machine.components.l2.size": "2 KiB"})
 
-    run = archsim.simulate(config)
+    run = archsim.simulate(loaded)
 
-    assert config.scene.resolution == (16, 12)
+    assert loaded.config.scene.resolution == (16, 12)
     assert run["izb_build.cycles"] == run.frame().loc["izb_build.cycles", "value"] > 0
     assert "izb_build.cycles" in run._repr_html_()
     assert archsim.simulate("tiny", ["scene.resolution=[16, 12]"]).result.ok
     with pytest.raises(ArchsimError, match="did you mean 'tiny'"):
         archsim.load("tinny")
     with pytest.raises(ArchsimError, match="a loaded configuration takes no changes"):
-        archsim.simulate(config, SMALL)
+        archsim.simulate(loaded, SMALL)
+
+
+def test_a_runs_page_says_who_set_each_value():
+    loaded = archsim.load("tiny", SMALL)
+    in_python = loaded.config.model_copy(update={"seed": 7})
+
+    page = archsim.report(archsim.simulate(loaded), "run.html").read_text()
+    other = archsim.report(archsim.simulate(in_python), "python.html").read_text()
+
+    assert "configs/machines/tiny.yaml:" in page
+    assert "--set scene.resolution=[16, 12]" in page
+    assert "<td>Python</td>" not in page
+    assert "<td>Python</td>" in other
+    assert "configs/machines/tiny.yaml:" not in other
 
 
 def test_a_sweep_gives_a_table_and_its_answers():

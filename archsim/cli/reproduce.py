@@ -60,9 +60,9 @@ def _fill(folder: Path, paper: str, reproduction: Reproduction, seconds: float) 
     """Write the rows' run folders, the cells and the report, the manifest last."""
     manifest = common_manifest(sys.argv, seconds)
     for name, row in reproduction.rows.items():
-        fill_run(folder / name, run_files(row.result, row.config, row.wall_seconds))
-    results = {name: row.result for name, row in reproduction.rows.items()}
-    report = reproduction_report(paper_named(paper).PAPER, reproduction, results, manifest)
+        fill_run(folder / name, run_files(row.result, row.loaded, row.wall_seconds))
+    links = {name: f"{name}/report.html" for name in reproduction.rows}
+    report = reproduction_report(paper_named(paper).PAPER, reproduction, manifest, links)
     (folder / "report.html").write_text(report, encoding="utf-8")
     (folder / "cells.json").write_text(_cells_json(reproduction), encoding="utf-8")
     (folder / MANIFEST).write_text(as_json(manifest), encoding="utf-8")

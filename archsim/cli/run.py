@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,7 @@ from archsim.cli.configs import find_run
 from archsim.cli.console import print_summary
 from archsim.cli.edge import FAILED_CHECK
 from archsim.cli.timeline import parse_window, write_timelines
-from archsim.config import RunConfig, WalkthroughConfig, load_run_with_origins, resolved_yaml
+from archsim.config import Loaded, load_run_with_origins, resolved_yaml
 from archsim.config.explain import origins
 from archsim.report.run_page import run_report
 from archsim.run import simulate
@@ -36,7 +36,7 @@ def run(
     started = time.perf_counter()
     with Bars() as bars, loaded.locating():
         result = simulate(config, bars)
-    folder = write_run(out, run_files(result, config, time.perf_counter() - started, origins(loaded)))
+    folder = write_run(out, run_files(result, loaded, time.perf_counter() - started))
 
     phases = [] if window is None else write_timelines(config, window, folder)
 
@@ -52,16 +52,11 @@ def run(
     report_failed((result.name, check) for check in result.checks)
 
 
-def run_files(
-    result: Result,
-    config: RunConfig | WalkthroughConfig,
-    wall_seconds: float,
-    set_by: Sequence[tuple[str, Any, str]] = (),
-) -> RunFiles:
-    """Everything that is kept of a finished run."""
-    config_yaml = resolved_yaml(config)
-    manifest = make_manifest(config_yaml, config.seed, result.scene_digest, sys.argv, wall_seconds)
-    return RunFiles(result, config_yaml, manifest, run_report(result, config_yaml, manifest, set_by))
+def run_files(result: Result, loaded: Loaded[Any], wall_seconds: float) -> RunFiles:
+    """Everything that is kept of a finished run or walkthrough."""
+    config_yaml, seed = resolved_yaml(loaded.config), loaded.config.seed
+    manifest = make_manifest(config_yaml, seed, result.scene_digest, sys.argv, wall_seconds)
+    return RunFiles(result, config_yaml, manifest, run_report(result, config_yaml, manifest, origins(loaded)))
 
 
 def report_failed(checks: Iterable[tuple[str, Check]]) -> None:

@@ -15,7 +15,7 @@ from archsim.cli.configs import find_config
 from archsim.cli.console import terminal
 from archsim.cli.edge import FAILED_CHECK
 from archsim.cli.watch import LiveTable
-from archsim.config import load_sweep, run_path
+from archsim.config import load_sweep_with_origins, run_path
 from archsim.errors import Location, fail
 from archsim.report.formats import number
 from archsim.report.sweep_page import sweep_report
@@ -32,18 +32,20 @@ from archsim.sweep.workers import DaskWorkers, LocalWorkers, Workers
 def sweep(file: str, out: Path | None, workers: tuple[int, str | None], part: str, dry_run: bool) -> None:
     """Do what is not done yet of a sweep; leave its table. Exit code 1 if a point failed."""
     path = Path(find_config("sweeps", file))
-    config = load_sweep(path)
+    loaded = load_sweep_with_origins(path)
+    run = run_path(loaded.config.run, path.parent)
     index, count = parse_shard(part)
-    plan = make_plan(config, run_path(config.run, path.parent))
+    plan = make_plan(loaded.config, run)
     mine = shard(plan, index, count)
     if dry_run:
         _print_plan(plan, mine)
         return
 
-    folder = out or Path("runs") / f"sweep-{config.name}"
+    folder = out or Path("runs") / f"sweep-{loaded.config.name}"
     check_folder(folder)
     with LiveTable() as table:
-        tally = run_sweep(config, (plan, mine), folder, (_workers(*workers), f"{index}of{count}", table))
+        how = (_workers(*workers), f"{index}of{count}", table)
+        tally = run_sweep(loaded, run, (plan, mine), folder, how)
     write_table(folder)
     write_whole(folder / "report.html", sweep_report(folder))
     _print_findings(folder)

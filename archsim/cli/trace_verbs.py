@@ -44,95 +44,102 @@ def _info(file: TraceFile, form: FormatName, as_json: Json = False) -> None:
 
 _WHERE, _WHEN, _OUTPUT = "Where the accesses go", "When they are made", "What comes out"
 
+# Options of `archsim trace replay`, by section.
+_MachineName = Annotated[
+    str,
+    typer.Option(
+        "--machine",
+        metavar="NAME",
+        help="A machine's YAML file, or a packaged machine's name.",
+        rich_help_panel=_WHERE,
+    ),
+]
+_Level = Annotated[
+    str,
+    typer.Option(
+        "--to",
+        metavar="LEVEL",
+        help="Who gets the accesses: l1, l2 ..., a cache's name, or dram.",
+        rich_help_panel=_WHERE,
+    ),
+]
+_Cores = Annotated[
+    str | None,
+    typer.Option(
+        "--cores",
+        metavar="NAME",
+        help="Whose caches; the first group of cores if not given.",
+        rich_help_panel=_WHERE,
+    ),
+]
+_MachineOverrides = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set", metavar="PATH=VALUE", help="Set a value of the machine. Repeatable.", rich_help_panel=_WHERE
+    ),
+]
+_Outstanding = Annotated[
+    int,
+    typer.Option(
+        "--outstanding",
+        min=1,
+        max=1024,
+        help="Accesses under way, for a single requester; the next one is made when one is answered.",
+        rich_help_panel=_WHEN,
+    ),
+]
+_AtCycles = Annotated[
+    bool,
+    typer.Option(
+        "--at-cycles",
+        help="At their cycles in the trace, whatever was answered; a DRAM does so anyway.",
+        rich_help_panel=_WHEN,
+    ),
+]
+_Functional = Annotated[
+    bool,
+    typer.Option(
+        "--functional",
+        help="Without time: each is finished before the next; caches only.",
+        rich_help_panel=_WHEN,
+    ),
+]
+_Flush = Annotated[
+    bool | None,
+    typer.Option(
+        "--flush/--no-flush",
+        help="Write dirty lines back at the end; the default for dinero and xdin with --functional.",
+        rich_help_panel=_WHEN,
+    ),
+]
+_Model = Annotated[str, typer.Option("--model", metavar="reference|compiled", rich_help_panel=_WHEN)]
+_Commands = Annotated[
+    Path | None,
+    typer.Option(
+        "--commands",
+        metavar="FILE",
+        help="Write the DRAM's commands, for archsim trace check-dram.",
+        rich_help_panel=_OUTPUT,
+    ),
+]
+
 
 @trace_app.command("replay", cls=Sectioned)
 @at_the_edge
 def _replay(
     file: TraceFile,
     form: FormatName,
-    machine: Annotated[
-        str,
-        typer.Option(
-            "--machine",
-            metavar="NAME",
-            help="A machine's YAML file, or a packaged machine's name.",
-            rich_help_panel=_WHERE,
-        ),
-    ],
-    to: Annotated[
-        str,
-        typer.Option(
-            "--to",
-            metavar="LEVEL",
-            help="Who gets the accesses: l1, l2 ..., a cache's name, or dram.",
-            rich_help_panel=_WHERE,
-        ),
-    ] = "l1",
-    cores: Annotated[
-        str | None,
-        typer.Option(
-            "--cores",
-            metavar="NAME",
-            help="Whose caches; the first group of cores if not given.",
-            rich_help_panel=_WHERE,
-        ),
-    ] = None,
-    overrides: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set",
-            metavar="PATH=VALUE",
-            help="Set a value of the machine. Repeatable.",
-            rich_help_panel=_WHERE,
-        ),
-    ] = None,
-    outstanding: Annotated[
-        int,
-        typer.Option(
-            "--outstanding",
-            min=1,
-            max=1024,
-            help="Accesses under way, for a single requester; the next one is made when one is answered.",
-            rich_help_panel=_WHEN,
-        ),
-    ] = 1,
-    at_cycles: Annotated[
-        bool,
-        typer.Option(
-            "--at-cycles",
-            help="At their cycles in the trace, whatever was answered; a DRAM does so anyway.",
-            rich_help_panel=_WHEN,
-        ),
-    ] = False,
-    functional: Annotated[
-        bool,
-        typer.Option(
-            "--functional",
-            help="Without time: each is finished before the next; caches only.",
-            rich_help_panel=_WHEN,
-        ),
-    ] = False,
-    flush: Annotated[
-        bool | None,
-        typer.Option(
-            "--flush/--no-flush",
-            help="Write dirty lines back at the end; the default for dinero and xdin with --functional.",
-            rich_help_panel=_WHEN,
-        ),
-    ] = None,
-    model: Annotated[
-        str, typer.Option("--model", metavar="reference|compiled", rich_help_panel=_WHEN)
-    ] = "compiled",
+    machine: _MachineName,
+    to: _Level = "l1",
+    cores: _Cores = None,
+    overrides: _MachineOverrides = None,
+    outstanding: _Outstanding = 1,
+    at_cycles: _AtCycles = False,
+    functional: _Functional = False,
+    flush: _Flush = None,
+    model: _Model = "compiled",
     as_json: Json = False,
-    commands: Annotated[
-        Path | None,
-        typer.Option(
-            "--commands",
-            metavar="FILE",
-            help="Write the DRAM's commands, for archsim trace check-dram.",
-            rich_help_panel=_OUTPUT,
-        ),
-    ] = None,
+    commands: _Commands = None,
 ) -> None:
     """Play a trace on a machine's caches and DRAM and print what it finds there."""
     from archsim.cli.address_trace import How, Where, replay

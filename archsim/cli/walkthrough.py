@@ -10,22 +10,23 @@ from archsim import resources
 from archsim.cli.bars import Bars
 from archsim.cli.console import print_summary
 from archsim.cli.run import report_failed, run_files
-from archsim.config import load_walkthrough
+from archsim.config import load_walkthrough_with_origins
 from archsim.run.folder import check_target, result_json, write_run
 from archsim.run.walkthrough import simulate_walkthrough
 
 
 def walkthrough(config_name: str, overrides: list[str], out: Path | None, as_json: bool) -> None:
     """Draw all frames, write the folder, say where it is; frames are kept beside it until it is there."""
-    config = load_walkthrough(_find(config_name), overrides)
+    loaded = load_walkthrough_with_origins(_find(config_name), overrides)
+    config = loaded.config
     target = out or Path("runs") / f"walkthrough-{config.name}"
     check_target(target)
     unfinished = frames_beside(target)
 
     started = time.perf_counter()
-    with Bars() as bars:
+    with Bars() as bars, loaded.locating():
         result = simulate_walkthrough(config, bars, unfinished)
-    folder = write_run(target, run_files(result, config, time.perf_counter() - started))
+    folder = write_run(target, run_files(result, loaded, time.perf_counter() - started))
     shutil.rmtree(unfinished, ignore_errors=True)
 
     if as_json:

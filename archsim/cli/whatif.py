@@ -33,9 +33,9 @@ def whatif(run: str, overrides: list[str], out: Path | None, jobs: int, how: tup
     base = folder / BASE
     write_whole(base, resolved_yaml(config))
     sweep, chosen = whatif_sweep(config, str(base), pairs)
-    plan = make_plan(sweep, str(base))
+    plan = make_plan(sweep.config, str(base))
     with LiveTable() as table:
-        run_sweep(sweep, (plan, plan), folder, (LocalWorkers(jobs), "1of1", table))
+        run_sweep(sweep, str(base), (plan, plan), folder, (LocalWorkers(jobs), "1of1", table))
     write_table(folder)
     found = outcomes(chosen, _cycles(folder))
     if json_only:

@@ -1,14 +1,15 @@
-"""One key of a run explained: its value here, who set it, and what it may be."""
+"""Who set each value of a configuration; and one key of a run explained: its value here, and what it may be."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any, NamedTuple
 
 from pydantic import BaseModel
 
 from archsim.config.documentation import documented_schema, field_comments
-from archsim.config.load import LoadedRun
+from archsim.config.load import Loaded, LoadedRun, load_plain
 from archsim.errors import Location, did_you_mean, fail
 
 
@@ -24,12 +25,24 @@ class Explained(NamedTuple):
     accepted: str  # type, range or choices
 
 
-def origins(run: LoadedRun) -> list[tuple[str, Any, str]]:
-    """(key, value, who set it) of every value of a run, in the order of the file."""
-    return [
-        (key, _shown(value), str(_origin(run, key)))
-        for key, value in flat(run.config.model_dump(mode="json"))
-    ]
+class Origin(NamedTuple):
+    """A value of a configuration and who set it."""
+
+    key: str  # dotted path
+    value: str
+    place: str  # file:line:column, --set ..., the default
+
+
+def origins(loaded: Loaded[Any]) -> list[Origin]:
+    """Every value of a run, machine or walkthrough, in the order of the file."""
+    values = flat(loaded.config.model_dump(mode="json"))
+    return [Origin(key, _shown(value), str(loaded.origin(key) or "the default")) for key, value in values]
+
+
+def file_origins(path: Path) -> list[Origin]:
+    """Every value of a file that is of no kind that is checked."""
+    content, places = load_plain(path)
+    return [Origin(key, _shown(value), str(places[key])) for key, value in flat(content)]
 
 
 def flat(tree: Any, path: str = "") -> Iterator[tuple[str, Any]]:
@@ -42,10 +55,6 @@ def flat(tree: Any, path: str = "") -> Iterator[tuple[str, Any]]:
             yield from flat(value, f"{path}.{index}")
     else:
         yield path, tree
-
-
-def _origin(run: LoadedRun, key: str) -> Location | str:
-    return run.origin(key) or "the default"
 
 
 class _Place(NamedTuple):

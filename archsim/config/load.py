@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple, TypeVar
+from typing import Any, Generic, NamedTuple, TypeVar
 
 from pydantic import BaseModel
 
@@ -31,10 +31,10 @@ WALKTHROUGH_SECTIONS = ("scene", "shadow_volumes")
 Model = TypeVar("Model", bound=BaseModel)
 
 
-class LoadedRun(NamedTuple):
-    """A run and where each of its values is written."""
+class Loaded(NamedTuple, Generic[Model]):
+    """A section and where each of its values is written."""
 
-    config: RunConfig
+    config: Model
     origins: dict[str, Location]  # of every dotted path; defaults are not among them
 
     def origin(self, path: str) -> Location | None:
@@ -43,7 +43,7 @@ class LoadedRun(NamedTuple):
 
     @contextmanager
     def locating(self) -> Iterator[None]:
-        """What goes wrong inside and is about one of the run's values gets the place where that is written."""
+        """What goes wrong inside and is about one of the values gets the place where that is written."""
         try:
             yield
         except ArchsimError as error:
@@ -58,6 +58,11 @@ class LoadedRun(NamedTuple):
         return problem._replace(where=self.origins[key]) if key else problem
 
 
+LoadedRun = Loaded[RunConfig]
+LoadedSweep = Loaded[SweepConfig]
+LoadedWalkthrough = Loaded[WalkthroughConfig]
+
+
 def load_run(path: str | Path, overrides: Iterable[str] = ()) -> RunConfig:
     """The run that a file describes, `dotted.path=value` overrides applied. Raises ArchsimError."""
     return load_run_with_origins(path, overrides).config
@@ -65,14 +70,17 @@ def load_run(path: str | Path, overrides: Iterable[str] = ()) -> RunConfig:
 
 def load_run_with_origins(path: str | Path, overrides: Iterable[str] = ()) -> LoadedRun:
     """As `load_run`, with the place where each value is written."""
-    tree = load_tree(path, overrides, SECTIONS)
-    config = _checked(RunConfig, *_with_mesh(tree, ("scene", "mesh")))
-    return LoadedRun(config, dict(_origins(tree, "")))
+    return _loaded(RunConfig, *_with_mesh(load_tree(path, overrides, SECTIONS), ("scene", "mesh")))
 
 
 def load_machine(path: str | Path, overrides: Iterable[str] = ()) -> MachineConfig:
     """The machine that a file describes. Raises ArchsimError."""
-    return _checked(MachineConfig, load_tree(path, overrides), [])
+    return load_machine_with_origins(path, overrides).config
+
+
+def load_machine_with_origins(path: str | Path, overrides: Iterable[str] = ()) -> Loaded[MachineConfig]:
+    """As `load_machine`, with the place where each value is written."""
+    return _loaded(MachineConfig, load_tree(path, overrides), [])
 
 
 def load_scene(path: str | Path, overrides: Iterable[str] = ()) -> SceneConfig:
@@ -89,21 +97,37 @@ def load_workload(
 
 def load_walkthrough(path: str | Path, overrides: Iterable[str] = ()) -> WalkthroughConfig:
     """The walkthrough that a file describes. Raises ArchsimError."""
+    return load_walkthrough_with_origins(path, overrides).config
+
+
+def load_walkthrough_with_origins(path: str | Path, overrides: Iterable[str] = ()) -> LoadedWalkthrough:
+    """As `load_walkthrough`, with the place where each value is written."""
     tree = load_tree(path, overrides, WALKTHROUGH_SECTIONS)
-    return _checked(WalkthroughConfig, *_with_mesh(tree, ("scene", "mesh")))
+    return _loaded(WalkthroughConfig, *_with_mesh(tree, ("scene", "mesh")))
 
 
 def load_sweep(path: str | Path, overrides: Iterable[str] = ()) -> SweepConfig:
     """The sweep that a file describes. Raises ArchsimError, also if there is no run that it could start from."""
+    return load_sweep_with_origins(path, overrides).config
+
+
+def load_sweep_with_origins(path: str | Path, overrides: Iterable[str] = ()) -> LoadedSweep:
+    """As `load_sweep`, with the place where each value is written."""
     tree = load_tree(path, overrides)
     run, reached = node_at(tree, ("run",))
     problems = _run_problems(run) if reached and isinstance(run.value, str) else []
-    return _checked(SweepConfig, tree, problems)
+    return _loaded(SweepConfig, tree, problems)
 
 
-def sweep_of(keys: Mapping[str, object]) -> SweepConfig:
-    """The sweep that a mapping of a file's keys describes. Raises ArchsimError."""
-    return _checked(SweepConfig, parse(dump(dict(keys)), lambda mark: Location("sweep"), Path.cwd()), [])
+def sweep_of(keys: Mapping[str, object], source: str = "sweep") -> LoadedSweep:
+    """The sweep that a mapping of a file's keys describes; `source` names the mapping. Raises ArchsimError."""
+    return _loaded(SweepConfig, parse(dump(dict(keys)), lambda mark: Location(source), Path.cwd()), [])
+
+
+def load_plain(path: Path) -> tuple[Any, dict[str, Location]]:
+    """What a file holds, unchecked, and the place where each value is written. Raises ArchsimError."""
+    tree = load_tree(path, ())
+    return tree.plain(), dict(_origins(tree, ""))
 
 
 def run_path(name: str, folder: Path) -> str:
@@ -135,6 +159,11 @@ def load_any(path: str | Path, overrides: Iterable[str] = ()) -> BaseModel:
 def resolved_yaml(config: BaseModel) -> str:
     """The whole section as text, defaults and bases written out; loading it gives an equal section."""
     return dump(config.model_dump())
+
+
+def _loaded(model: type[Model], tree: Node, problems: list[Problem]) -> Loaded[Model]:
+    """As `_checked`, with the places of the tree's values."""
+    return Loaded(_checked(model, tree, problems), dict(_origins(tree, "")))
 
 
 def _checked(model: type[Model], tree: Node, problems: list[Problem]) -> Model:

@@ -22,11 +22,20 @@ LEAST_W = 1e-9  # of the mesh's largest |w|: nearer to w = 0 nothing is drawn
 NO_OFFSET = OffsetSpec(0.0, 0.0, int(Switch.INTERPOLATED))
 
 
+class Buffer(NamedTuple):
+    """A shadow map while triangles are drawn into it."""
+
+    depth: np.ndarray  # int32 [rows, columns]
+    layers: np.ndarray  # int32 [rows, columns] fragments of each sample so far
+    touched: np.ndarray  # bool [tile rows, tile columns]
+
+
 class Drawn(NamedTuple):
     """A shadow map and how it came about."""
 
     depth: np.ndarray  # int32 [rows, columns] 0 nearest to the light; beyond that is clamped to 0
     touched: np.ndarray  # bool [tile rows, tile columns] tiles with a sample that passed the depth test
+    layers: np.ndarray  # int64 [most + 1] samples by the number of their fragments: the depth complexity
     counts: DrawCounts
 
 
@@ -51,18 +60,14 @@ def draw(vertices: np.ndarray, triangles: np.ndarray, grid: Grid, offset: Offset
     (x/w, y/w) in [0, 1] is the place in the map, linear in y; z/w in [0, 1] the depth, clamped outside.
     """
     rows, columns = len(grid.y), len(grid.x)
-    depth = np.full((rows, columns), FARTHEST, dtype=np.int32)
-    touched = np.zeros((rows // TILE, columns // TILE), dtype=np.bool_)
-    counts = _draw(
-        np.ascontiguousarray(vertices, dtype=np.float64),
-        triangles,
-        grid,
-        steepness(grid),
-        offset,
-        depth,
-        touched,
+    buffer = Buffer(
+        depth=np.full((rows, columns), FARTHEST, dtype=np.int32),
+        layers=np.zeros((rows, columns), dtype=np.int32),
+        touched=np.zeros((rows // TILE, columns // TILE), dtype=np.bool_),
     )
-    return Drawn(depth, touched, DrawCounts(*counts))
+    corners = np.ascontiguousarray(vertices, dtype=np.float64)
+    counts = _draw(corners, triangles, grid, steepness(grid), offset, buffer)
+    return Drawn(buffer.depth, buffer.touched, np.bincount(buffer.layers.ravel()), DrawCounts(*counts))
 
 
 def steepness(grid: Grid) -> tuple[float, float]:
@@ -72,10 +77,10 @@ def steepness(grid: Grid) -> tuple[float, float]:
 
 
 @njit
-def _draw(vertices, triangles, grid, steep, offset, depth, touched):
+def _draw(vertices, triangles, grid, steep, offset, buffer):
     """Draw in order; returns the fields of DrawCounts."""
     polygon, spare = np.empty((MOST_CORNERS, 4)), np.empty((MOST_CORNERS, 4))
-    tiles = np.empty((touched.size, 2), np.int32)
+    tiles = np.empty((buffer.touched.size, 2), np.int32)
     corners = np.empty((3, 4))
     least_w = LEAST_W * np.max(np.abs(vertices[:, 3])) if len(vertices) else 1.0
     num_triangles = num_tests = num_tiles = num_covered = num_fragments = num_passed = num_switches = 0
@@ -103,11 +108,11 @@ def _draw(vertices, triangles, grid, steep, offset, depth, touched):
             for k in range(found):
                 mask = coverage(edges, grid, tiles[k, 0], tiles[k, 1])
                 if mask:
-                    inside, passed = _test_depths(mask, plane, tiles[k], grid, depth)
+                    inside, passed = _test_depths(mask, plane, tiles[k], grid, buffer)
                     num_covered += 1
                     num_fragments += inside
                     num_passed += passed
-                    touched[tiles[k, 0], tiles[k, 1]] |= passed > 0
+                    buffer.touched[tiles[k, 0], tiles[k, 1]] |= passed > 0
     return (
         num_triangles,
         num_tests,
@@ -161,7 +166,7 @@ def sample_depth(plane, grid, row, column):
 
 
 @njit
-def _test_depths(mask, plane, tile, grid, depth):
+def _test_depths(mask, plane, tile, grid, buffer):
     """Depth test of the covered samples of a tile; (fragments, those that passed)."""
     inside = passed = 0
     for i in range(TILE):
@@ -170,7 +175,8 @@ def _test_depths(mask, plane, tile, grid, depth):
                 inside += 1
                 row, column = tile[0] * TILE + i, tile[1] * TILE + k
                 here = sample_depth(plane, grid, row, column)
-                if here < depth[row, column]:
-                    depth[row, column] = here
+                buffer.layers[row, column] += 1
+                if here < buffer.depth[row, column]:
+                    buffer.depth[row, column] = here
                     passed += 1
     return inside, passed

@@ -171,10 +171,16 @@ def histogram(data: Histogram, key: str) -> str:
     mean = float((values * counts).sum() / max(int(counts.sum()), 1))
     axes.axvline(mean, color=VERMILLION, linestyle="--", label=f"mean {mean:.3g}")
     axes.set(
-        title=data.title, xlabel=f"[{data.unit}]", ylabel="count", xlim=(-0.5, max(len(counts) - 0.5, 1))
+        title=data.title,
+        xlabel=f"[{data.unit}]",
+        ylabel=f"number of {data.counted}",
+        xlim=(-0.5, max(len(counts) - 0.5, 1)),
     )
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     if counts.any():
         axes.set_yscale("log")
+        axes.set_ylim(bottom=0.5)  # so that what occurs once has a bar
+        plain_ticks(axes.yaxis)
     axes.legend(frameon=False)
     return as_svg(figure, key)
 

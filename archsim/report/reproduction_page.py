@@ -6,6 +6,7 @@ import statistics
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from archsim.config.explain import origins
 from archsim.report import figures
 from archsim.report.advice import advice
 from archsim.report.page import render, shadow_caption, shadow_uri
@@ -14,16 +15,15 @@ from archsim.report.statistics import Phase, phases
 from archsim.report.tables import FAIR_PERCENT, GOOD_PERCENT, grade, tables
 from archsim.reproduce.cells import CALIBRATED, EXACT, KINDS, PREDICTED, Cell, Paper
 from archsim.reproduce.reproduction import Reproduction
-from archsim.run.result import Result
 
-Outcomes = Callable[[list[Phase]], dict[str, dict[str, float]]]
+Outcomes = Callable[[Sequence[Phase]], dict[str, dict[str, float]]]
 
 
 def reproduction_report(
-    paper: Paper, reproduction: Reproduction, results: Mapping[str, Result], manifest: Mapping[str, Any]
+    paper: Paper, reproduction: Reproduction, manifest: Mapping[str, Any], links: Mapping[str, str]
 ) -> str:
-    """The page as HTML text; `results` are the simulated rows by name. It needs nothing but itself."""
-    cells = reproduction.cells
+    """The page as HTML text; `links` lead to the rows' own pages. It needs nothing but itself."""
+    cells, results = reproduction.cells, {name: row.result for name, row in reproduction.rows.items()}
     ran = {f"{name}: {phase.name}": phase for name, result in results.items() for phase in phases(result)}
     return render(
         "reproduction.html.j2",
@@ -42,7 +42,7 @@ def reproduction_report(
         roofline=figures.roofline({name: roof for name, phase in ran.items() if (roof := roof_of(phase))}),
         outcomes=_outcomes(cache_outcomes, ran, "lookups", "caches"),
         dram=_outcomes(row_outcomes, ran, "requests", "rows"),
-        rows=list(results),
+        links=links,
         shadows=[
             (f"{name}: {shadow_caption(r.shadow)}", shadow_uri(r.shadow)) for name, r in results.items()
         ],
@@ -54,6 +54,10 @@ def reproduction_report(
             ),
             *reproduction.checks,
         ],
+        origins={
+            **{name: origins(row.loaded) for name, row in reproduction.rows.items()},
+            **reproduction.origins,
+        },
         manifest=manifest,
     )
 

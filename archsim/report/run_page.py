@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from archsim.config.explain import Origin
 from archsim.report import figures, time_figures
 from archsim.report.advice import advice, pipeline_advice
 from archsim.report.figures import Roof
@@ -29,56 +30,17 @@ def run_report(
     result: Result,
     config_yaml: str,
     manifest: Mapping[str, Any],
-    origins: Sequence[tuple[str, Any, str]] = (),
+    origins: Sequence[Origin],
 ) -> str:
-    """The page as HTML text. It needs nothing but itself: no network, no other file.
-
-    `origins` are (key, value, who set it) of the configuration.
-    """
-    ran, flowed, waits = phases(result), pipeline_phases(result), unit_waits(result)
+    """The page as HTML text. It needs nothing but itself: no network, no other file."""
     return render(
         "run.html.j2",
-        timed=bool(ran),
         title=result.name,
         subtitle=f"A run of archsim {manifest['archsim']}, {manifest['wall_seconds']:g} s of wall time",
         headlines=headlines(result),
-        moved=bool(ran or flowed),
-        light=figures.speed_of_light(speed_of_light([*ran, *flowed])),
-        advice=[
-            *((phase.name, advice(phase)) for phase in ran),
-            *((phase.name, pipeline_advice(phase, waits[phase.name])) for phase in flowed),
-        ],
-        roofline=figures.roofline({phase.name: roof for phase in ran if (roof := roof_of(phase))}),
-        stalls=figures.stall_stack({phase.name: phase for phase in ran}),
-        causes=figures.cause_bars(
-            {phase.name: phase.causes() for phase in ran}, "What the empty slots waited for", "causes"
-        ),
-        units=[
-            figure
-            for k, (phase, cycles) in enumerate(unit_cycles(result).items())
-            for figure in unit_figures(phase, cycles, waits[phase], f"units{k}")
-        ],
-        outcomes=figures.shares(cache_outcomes([*ran, *flowed]), figures.OUTCOMES, "lookups", "caches"),
-        cache_columns=CACHE_COLUMNS,
-        cache_rows=[
-            (f"{phase.name} {cache}", _below(phase, cache))
-            for phase in [*ran, *flowed]
-            for cache in phase.caches
-        ],
-        rows=figures.shares(row_outcomes([*ran, *flowed]), figures.OUTCOMES, "requests", "rows"),
-        dram_columns=DRAM_COLUMNS,
-        dram_rows=[(phase.name, _below(phase, "dram")) for phase in [*ran, *flowed]],
-        shadow=shadow_uri(result.shadow),
-        shadow_caption=shadow_caption(result.shadow),
-        maps=[
-            figures.heat_map(title, image, f"map{k}") for k, (title, image) in enumerate(result.maps.items())
-        ],
-        latencies=latency_figures(result),
-        series=[
-            time_figures.series_plot(words(phase), series, f"series{k}")
-            for k, (phase, series) in enumerate(result.series.items())
-        ],
-        histograms=[figures.histogram(data, f"histogram{k}") for k, data in enumerate(result.histograms)],
+        **_limits(result),
+        **_memory([*phases(result), *pipeline_phases(result)]),
+        **_pictures(result),
         checks=result.checks,
         failed=[check for check in result.checks if not check.ok],
         statistics=result.statistics,
@@ -86,6 +48,60 @@ def run_report(
         origins=origins,
         manifest=manifest,
     )
+
+
+def _limits(result: Result) -> dict[str, Any]:
+    """How near each resource came to its peak, and where issue slots and cycles of units went."""
+    ran, flowed, waits = phases(result), pipeline_phases(result), unit_waits(result)
+    causes = {phase.name: phase.causes() for phase in ran}
+    return {
+        "timed": bool(ran),
+        "moved": bool(ran or flowed),
+        "light": figures.speed_of_light(speed_of_light([*ran, *flowed])),
+        "advice": [
+            *((phase.name, advice(phase)) for phase in ran),
+            *((phase.name, pipeline_advice(phase, waits[phase.name])) for phase in flowed),
+        ],
+        "roofline": figures.roofline({phase.name: roof for phase in ran if (roof := roof_of(phase))}),
+        "stalls": figures.stall_stack({phase.name: phase for phase in ran}),
+        "causes": figures.cause_bars(causes, "What the empty slots waited for", "causes"),
+        "units": [
+            figure
+            for k, (phase, cycles) in enumerate(unit_cycles(result).items())
+            for figure in unit_figures(phase, cycles, waits[phase], f"units{k}")
+        ],
+    }
+
+
+def _memory(played: Sequence[Phase]) -> dict[str, Any]:
+    """What became of the requests to caches and DRAM."""
+    return {
+        "outcomes": figures.shares(cache_outcomes(played), figures.OUTCOMES, "lookups", "caches"),
+        "cache_columns": CACHE_COLUMNS,
+        "cache_rows": [
+            (f"{phase.name} {cache}", _below(phase, cache)) for phase in played for cache in phase.caches
+        ],
+        "rows": figures.shares(row_outcomes(played), figures.OUTCOMES, "requests", "rows"),
+        "dram_columns": DRAM_COLUMNS,
+        "dram_rows": [(phase.name, _below(phase, "dram")) for phase in played],
+    }
+
+
+def _pictures(result: Result) -> dict[str, Any]:
+    """The shadow mask, maps, histograms, and what went on over time."""
+    return {
+        "shadow": shadow_uri(result.shadow),
+        "shadow_caption": shadow_caption(result.shadow),
+        "maps": [
+            figures.heat_map(title, image, f"map{k}") for k, (title, image) in enumerate(result.maps.items())
+        ],
+        "latencies": latency_figures(result),
+        "series": [
+            time_figures.series_plot(words(phase), series, f"series{k}")
+            for k, (phase, series) in enumerate(result.series.items())
+        ],
+        "histograms": [figures.histogram(data, f"histogram{k}") for k, data in enumerate(result.histograms)],
+    }
 
 
 def unit_figures(
@@ -116,7 +132,7 @@ def latency_figures(result: Result) -> list[str]:
     ]
 
 
-def speed_of_light(ran: list[Phase]) -> list[tuple[str, float]]:
+def speed_of_light(ran: Sequence[Phase]) -> list[tuple[str, float]]:
     """(resource, per cent of its peak) of every phase."""
     shares = []
     for phase in ran:
@@ -144,7 +160,7 @@ def roof_of(phase: Phase) -> Roof | None:
     )
 
 
-def cache_outcomes(ran: list[Phase]) -> dict[str, dict[str, float]]:
+def cache_outcomes(ran: Sequence[Phase]) -> dict[str, dict[str, float]]:
     """Hits, merges and misses of every cache."""
     names = ("hits", "merges", "misses")
     return {
@@ -154,7 +170,7 @@ def cache_outcomes(ran: list[Phase]) -> dict[str, dict[str, float]]:
     }
 
 
-def row_outcomes(ran: list[Phase]) -> dict[str, dict[str, float]]:
+def row_outcomes(ran: Sequence[Phase]) -> dict[str, dict[str, float]]:
     """Row hits, misses and conflicts of every phase."""
     names = ("row hits", "row misses", "row conflicts")
     return {

@@ -59,6 +59,8 @@ def sweep_report(folder: Path) -> str:
         units=units,
         points=_records(table.reindex(columns=[*columns, "status"])),
         failures=_records(table[table["status"] == "failed"][["command", "error"]]),
+        set_by_sweep=index.set_by_sweep,
+        of_run=index.of_run,
         commands=[entry.command for entry in index.points],
         manifest=_manifest(folder, points),
     )

@@ -14,7 +14,7 @@ from typing import Any
 import yaml
 
 from archsim import resources
-from archsim.config import load_walkthrough
+from archsim.config import load_walkthrough_with_origins
 from archsim.reproduce.cells import (
     CALIBRATED,
     NOT_COMPARABLE,
@@ -85,7 +85,7 @@ def reproduce(
 def simulate_row(folder: Path | None, overrides: Sequence[str], name: str, progress: Progress) -> Row:
     """Draw one walkthrough, at full size where nothing is overridden."""
     simulate = partial(simulate_walkthrough, folder=folder)
-    return simulate_file(ID, name, load_walkthrough, simulate, progress, overrides)
+    return simulate_file(ID, name, load_walkthrough_with_origins, simulate, progress, overrides)
 
 
 def make_cells(rows: dict[str, Row]) -> list[Cell]:

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import yaml
 
 from archsim import resources
-from archsim.config import load_run
+from archsim.config import load_run_with_origins
 from archsim.machine.build import phase_machine
 from archsim.reproduce.cells import (
     CALIBRATED,
@@ -97,7 +97,7 @@ def reproduce(progress: Progress = silent) -> Reproduction:
 
 def simulate_row(name: str, progress: Progress) -> Row:
     """Simulate one row at full size."""
-    return simulate_file(ID, name, load_run, simulate, progress)
+    return simulate_file(ID, name, load_run_with_origins, simulate, progress)
 
 
 def printed_row(name: str) -> str:

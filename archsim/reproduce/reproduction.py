@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
+from archsim.config import Loaded
+from archsim.config.explain import Origin
 from archsim.reproduce.cells import Cell
 from archsim.run.result import Check, Result
 
@@ -11,9 +14,13 @@ from archsim.run.result import Check, Result
 class Row(NamedTuple):
     """One simulated row of the tables."""
 
-    config: Any  # the checked section that the row depends on
+    loaded: Loaded[Any]  # the checked section that the row depends on
     result: Result
     wall_seconds: float
+
+    @property
+    def config(self) -> Any:
+        return self.loaded.config
 
 
 class Picture(NamedTuple):
@@ -30,3 +37,4 @@ class Reproduction(NamedTuple):
     cells: list[Cell]
     pictures: tuple[Picture, ...] = ()
     checks: tuple[Check, ...] = ()  # of what was simulated without being a row
+    origins: Mapping[str, Sequence[Origin]] = {}  # by title: the configuration of that

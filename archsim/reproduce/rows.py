@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 from archsim import resources
+from archsim.config import Loaded
 from archsim.reproduce.processes import in_processes
 from archsim.reproduce.reproduction import Row
 from archsim.run.progress import Progress
@@ -27,7 +28,7 @@ def simulate_rows(
 def simulate_file(
     paper: str,
     name: str,
-    load: Callable[..., Any],
+    load: Callable[..., Loaded[Any]],
     simulate: Callable[[Any, Progress], Result],
     progress: Progress,
     overrides: Sequence[str] = (),
@@ -37,7 +38,7 @@ def simulate_file(
     def named(what: str, done: int, total: int) -> None:
         progress(f"{name} {what}", done, total)
 
-    config = load(resources.experiment(paper) / f"{name}.yaml", overrides)
+    loaded = load(resources.experiment(paper) / f"{name}.yaml", overrides)
     started = time.perf_counter()
-    result = simulate(config, named)
-    return Row(config, result, time.perf_counter() - started)
+    result = simulate(loaded.config, named)
+    return Row(loaded, result, time.perf_counter() - started)

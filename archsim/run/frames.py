@@ -37,6 +37,7 @@ class Frame(NamedTuple):
     volumes: int
     traffic: dict[str, Traffic]  # of each variant
     different: dict[str, int]  # pixels in which each variant's mask is not brute force's
+    layers: list[int]  # pixels by how often brute force updates their stencil
     shadow: np.ndarray  # bool [height, width] by brute force
 
 
@@ -55,12 +56,14 @@ def draw_frame(scene: Scene, light: np.ndarray, method: Method, progress: Progre
 
         variants[name] = draw(view, name, method.resources, steps)
     volumes, shadow = view.seen.volumes, variants[BRUTE_FORCE].shadow
+    layers = np.bincount(variants[BRUTE_FORCE].layers.ravel()).tolist()
     return Frame(
         digest(scene),
         num_drawn(volumes),
         len(volumes.z_pass),
         {name: variant.traffic for name, variant in variants.items()},
         {name: int((variant.shadow != shadow).sum()) for name, variant in variants.items()},
+        layers,
         shadow,
     )
 

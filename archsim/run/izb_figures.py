@@ -13,14 +13,14 @@ def list_histogram(outcomes: list[Outcome], grid: Grid) -> Histogram:
     """Physical cells by the length of their list, over all light views."""
     lengths = [_list_lengths(outcome, grid) for outcome in outcomes]
     counts = np.bincount(np.concatenate(lengths)) if lengths else np.zeros(1, np.int64)
-    return Histogram("Length of the physical cells' lists", "samples", counts)
+    return Histogram("Length of the physical cells' lists", "samples", "cells", counts)
 
 
 def fragment_histogram(outcomes: list[Outcome]) -> Histogram:
     """Samples by the number of triangles that cover them, over all light views."""
     fragments = [fragments_of_samples(outcome)[_placed(outcome)] for outcome in outcomes]
     counts = np.bincount(np.concatenate(fragments)) if fragments else np.zeros(1, np.int64)
-    return Histogram("Triangles that cover a sample, seen from the light", "triangles", counts)
+    return Histogram("Triangles that cover a sample, seen from the light", "triangles", "samples", counts)
 
 
 def fragments_of_samples(outcome: Outcome) -> np.ndarray:

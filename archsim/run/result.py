@@ -29,7 +29,8 @@ class Histogram(NamedTuple):
     """How often each value occurred: counts[k] for the value k."""
 
     title: str
-    unit: str
+    unit: str  # of the values
+    counted: str  # what has such a value: pixels, say
     counts: np.ndarray  # int64 [largest value + 1]
 
 

@@ -133,7 +133,7 @@ TOGETHER = [
         "ratio",
         "The same over the finished maps, of the tiles that something touched.",
         lambda view: ratio(
-            view.total(lambda each: each.map.finished[0]), view.total(lambda each: each.map.finished[1])
+            view.total(lambda each: each.map.plain_held), view.total(lambda each: int(each.map.held.sum()))
         ),
     ),
     Measure(

@@ -15,6 +15,7 @@ from archsim.run.pipeline_metrics import pipeline_checks, pipeline_latencies, pi
 from archsim.run.progress import Progress
 from archsim.run.rendering import Functional, Kind, Piece, Play
 from archsim.run.result import Check, Result, Statistic
+from archsim.run.shadow_map_figures import depth_images, map_histograms
 from archsim.run.shadow_map_statistics import (
     COMPARED,
     EACH,
@@ -46,7 +47,6 @@ from archsim.shadowmap.shadows import shadow_image
 from archsim.shadowmap.view import View, directional_light, make_view, point_light
 
 FAR_AWAY = 1e7  # of the view's far depth: where a sun stands for the ray tracer
-LARGEST_IMAGE = 512  # rows and columns of a map as the report shows it
 
 
 class Fitted(NamedTuple):
@@ -133,10 +133,10 @@ class MapsPlayer:
             statistics,
             checks,
             facts.shadow,
-            [],
+            map_histograms(facts.maps),
             {
                 "m, the size of a texel in the picture [pixels]": facts.error_map,
-                **_depth_images(facts.maps),
+                **depth_images(facts.maps),
             },
             latencies,
         )
@@ -183,17 +183,6 @@ def spread(picture: Picture, values: np.ndarray) -> np.ndarray:
     image = np.full(picture.seen.shape, np.nan, np.float32)
     image[picture.seen] = values
     return image
-
-
-def _depth_images(maps: list[DrawnMap]) -> dict[str, np.ndarray]:
-    """Each map, nearest depth 0; NaN where nothing was drawn; large ones thinned out."""
-    images = {}
-    for each in maps:
-        step = -(-max(each.depth.shape) // LARGEST_IMAGE)
-        depth = each.depth[::-step, ::step].astype(np.float32) / each.depth.dtype.type((1 << 24) - 1)
-        title = f"{phase_of(each.shadow_map)}: depth, y' upwards [0 nearest, 1 farthest]"
-        images[title] = np.where(depth < 1, depth, np.nan)
-    return images
 
 
 def _map_checks(played: PlayedMap) -> list[Check]:

@@ -27,6 +27,7 @@ from archsim.shadow_volumes.comparison import BRUTE_FORCE, Method, Traffic, Vari
 from archsim.shadow_volumes.hierarchical import Resources
 from archsim.shadow_volumes.order import Order
 from archsim.shadow_volumes.psv_cache import CacheShape
+from archsim.shadow_volumes.tiles import spread, tiled
 from archsim.shadow_volumes.volumes import Counting, Extrusion
 from archsim.shadow_volumes.work import UNITS, needed_bytes, pipeline_work
 from archsim.trace.stream import PipelineWork
@@ -73,15 +74,14 @@ def execute(functional: Functional, play: Play) -> Facts:
 
 def facts_of(scene_digest: str, view: View, drawn: Variant, masks: Check) -> Facts:
     """What is known of a view that is drawn."""
-    tile = view.seen.screen.tile
     return Facts(
         scene_digest,
         [*measured("workload", WORKLOAD, view), *measured("traffic", TRAFFIC, drawn.traffic)],
         drawn.traffic,
         masks,
         drawn.shadow,
-        update_histogram(drawn, tile),
-        update_map(drawn, tile),
+        layer_histogram(np.bincount(drawn.layers.ravel())),
+        layer_maps(view, drawn),
     )
 
 
@@ -171,21 +171,27 @@ class OnPipeline:
         return Played(pipeline_statistics(PHASE, machine, counters), checks, latencies)
 
 
-def update_map(drawn: Variant, tile: int) -> dict[str, np.ndarray]:
-    """How often the stencil of a pixel was updated, tile by tile; NaN where it never was.
+def layer_maps(view: View, drawn: Variant) -> dict[str, np.ndarray]:
+    """How often the stencil of each pixel was updated, and the mean of each tile; NaN where it never was.
 
     Hierarchically drawn, what shows are the tiles with a boundary.
     """
-    updates = np.where(drawn.updates > 0, drawn.updates / tile**2, np.nan).astype(np.float32)
-    height, width = drawn.shadow.shape
-    spread = updates.repeat(tile, axis=0).repeat(tile, axis=1)[:height, :width]
-    return {"Stencil updates a pixel, tile by tile; grey: none [updates]": spread}
+    screen = view.seen.screen
+    of_tiles = spread(screen, tiled(drawn.layers, screen.tile, 0).mean(axis=1))
+    return {
+        "Stencil updates of each pixel; grey: none [updates]": _or_none(drawn.layers),
+        "Stencil updates a pixel, tile by tile; grey: none [updates]": _or_none(of_tiles),
+    }
 
 
-def update_histogram(drawn: Variant, tile: int) -> Histogram:
-    """Tiles by how often the stencil of a pixel in them was updated: the depth complexity of what was drawn."""
-    updates = np.round(drawn.updates / tile**2).astype(np.int64)
-    return Histogram("Stencil updates of a pixel, mean of each tile", "updates", np.bincount(updates.ravel()))
+def _or_none(layers: np.ndarray) -> np.ndarray:
+    """float32, NaN for 0."""
+    return np.where(layers > 0, layers, np.nan).astype(np.float32)
+
+
+def layer_histogram(pixels: np.ndarray) -> Histogram:
+    """Of pixels by how often their stencil was updated: the depth complexity of what was drawn."""
+    return Histogram("Depth complexity: stencil updates of a pixel", "updates", "pixels", pixels)
 
 
 def equal_masks(shadow: np.ndarray, expected: np.ndarray) -> Check:

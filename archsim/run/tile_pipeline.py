@@ -58,12 +58,19 @@ class DrawnMap(NamedTuple):
     drawn: Drawn  # without the pipeline
     depth: np.ndarray  # int32 [rows, columns] that the pipeline left
     moved: np.ndarray  # int64 [2] blocks of depth read and written
-    finished: tuple[int, int]  # bytes of the blocks of the finished map that something touched: plain, held
+    held: (
+        np.ndarray
+    )  # int64 [n] bytes that memory would hold for each block of the finished map that was touched
 
     @property
     def plain(self) -> np.ndarray:
         """Bytes of depth read and written if blocks were never compressed; the same blocks move then."""
         return self.moved * plain_bytes(self.target.codec)
+
+    @property
+    def plain_held(self) -> int:
+        """Bytes of the touched blocks of the finished map if blocks were never compressed."""
+        return len(self.held) * plain_bytes(self.target.codec)
 
 
 class PlayedMap(NamedTuple):
@@ -174,8 +181,8 @@ def draw_maps(mesh: Mesh, maps: Sequence[ShadowMap], targets: Sequence[Target], 
         drawn = draw(vertices, mesh.triangles, target.grid, target.offset)
         rows, columns = drawn.depth.shape
         depth = state.depth[:rows, :columns]
-        finished = _finished(target.codec, state, drawn.touched)
-        drawn_maps.append(DrawnMap(shadow_map, target, drawn, depth, state.moved, finished))
+        held = _held_bytes(target.codec, state, drawn.touched)
+        drawn_maps.append(DrawnMap(shadow_map, target, drawn, depth, state.moved, held))
     return drawn_maps
 
 
@@ -211,11 +218,10 @@ def play_maps(
     return player.played(draw_maps(mesh, maps, targets, player.play))
 
 
-def _finished(codec: CodecSpec, state: ZState, touched: np.ndarray) -> tuple[int, int]:
-    """Bytes of the touched blocks of a finished map: plain, and as memory would hold them."""
+def _held_bytes(codec: CodecSpec, state: ZState, touched: np.ndarray) -> np.ndarray:
+    """Bytes that memory would hold for each of the touched blocks of a finished map."""
     blocks = touched_blocks(touched, codec.side)
-    held = int(tile_bits(codec, state.depth, blocks).sum()) // 8
-    return int(blocks.sum()) * plain_bytes(codec), held
+    return np.asarray(tile_bits(codec, state.depth, blocks)[blocks] // 8)
 
 
 def touched_blocks(touched: np.ndarray, side: int) -> np.ndarray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import zip_longest
 from pathlib import Path
 from statistics import mean
 from typing import Any
@@ -16,7 +17,7 @@ from archsim.run.measure import Measure, measured
 from archsim.run.progress import Progress, silent
 from archsim.run.result import Check, Result
 from archsim.run.shadow_volume_statistics import TRAFFIC, average
-from archsim.run.shadow_volumes import method_of
+from archsim.run.shadow_volumes import layer_histogram, method_of
 from archsim.scene.scene import Scene, load_scene
 from archsim.shadow_volumes.comparison import BRUTE_FORCE, VARIANTS, Method, Traffic
 from archsim.shadow_volumes.hierarchical import Resources
@@ -129,8 +130,10 @@ def _result(config: WalkthroughConfig, frames: list[Frame]) -> Result:
     values = {statistic.name: statistic.value for statistic in statistics}
     summary = {key: values[key] for key in (*FIRST, *(f"{name}.total" for name in VARIANTS))}
     summary["checks_passed"] = all(check.ok for check in checks)
+    layers = [sum(each) for each in zip_longest(*(frame.layers for frame in frames), fillvalue=0)]
+    histograms = [layer_histogram(np.array(layers))]
     return Result(
-        config.name, frames[-1].scene_digest, summary, statistics, checks, frames[-1].shadow, [], {}
+        config.name, frames[-1].scene_digest, summary, statistics, checks, frames[-1].shadow, histograms, {}
     )
 
 

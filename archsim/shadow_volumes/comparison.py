@@ -12,8 +12,8 @@ from archsim.shadow_volumes.depth_bounds import depth_bounds
 from archsim.shadow_volumes.direct import draw_directly
 from archsim.shadow_volumes.hierarchical import MIXED, Resources, draw_hierarchically
 from archsim.shadow_volumes.seen import SeenVolumes, Steps, at_once
-from archsim.shadow_volumes.stencil import values
-from archsim.shadow_volumes.tiles import Screen, screen, tiled
+from archsim.shadow_volumes.stencil import layers, values
+from archsim.shadow_volumes.tiles import screen, tiled
 from archsim.shadow_volumes.volumes import Extrusion, seen_by, shadow_volumes
 
 STENCIL_BYTES = 1  # a pixel; read, and written again when it is changed
@@ -59,7 +59,9 @@ class Variant(NamedTuple):
 
     shadow: np.ndarray  # bool [height, width], False where the view shows nothing
     traffic: Traffic
-    updates: np.ndarray  # int64 [rows, columns] stencil pixels updated in each tile
+    layers: (
+        np.ndarray
+    )  # int32 [height, width] stencil updates of each pixel: the depth complexity of what was drawn
 
 
 class View(NamedTuple):
@@ -96,7 +98,7 @@ def draw(view: View, variant: str, resources: Resources, steps: Steps = at_once)
         sample_operations=0,
     )
     shadow = view.shown & (values(seen.screen, stencil) > 0)
-    return Variant(shadow, traffic, _by_place(seen.screen, stencil.updates))
+    return Variant(shadow, traffic, layers(seen.screen, stencil))
 
 
 def is_bounded(variant: str) -> bool:
@@ -124,12 +126,7 @@ def _hierarchical(view: View, seen: SeenVolumes, resources: Resources, steps: St
         stencil_pixels=counts.stencil_pixels,
         sample_operations=counts.sample_operations,
     )
-    return Variant(view.shown & outcome.shadow, traffic, _by_place(seen.screen, outcome.updates))
-
-
-def _by_place(shown: Screen, tiles: np.ndarray) -> np.ndarray:
-    """[rows, columns]: what is known of each tile, where it is on the screen."""
-    return tiles.reshape(shown.rows, shown.columns)
+    return Variant(view.shown & outcome.shadow, traffic, outcome.layers)
 
 
 def _depth_bytes(seen: SeenVolumes, tiles: int) -> int:

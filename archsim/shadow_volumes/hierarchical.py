@@ -15,8 +15,8 @@ from archsim.shadow_volumes.psv_cache import CacheShape, PsvCache, access, new_p
 from archsim.shadow_volumes.seen import SeenVolumes, Steps, at_once, new_space
 from archsim.shadow_volumes.stage1 import PsvBuffers, classify, new_psv_buffers
 from archsim.shadow_volumes.stage_logs import begin_update, drawn, end_update, look_up
-from archsim.shadow_volumes.stencil import Stencil, draw_tile, new_stencil, tile_extremes, values
-from archsim.shadow_volumes.tiles import Screen
+from archsim.shadow_volumes.stencil import Stencil, draw_tile, layers, new_stencil, tile_extremes, values
+from archsim.shadow_volumes.tiles import Screen, spread
 
 LIT, SHADOWED, MIXED = 0, 1, 2  # Smin = Smax = 0, Smin = Smax = 1, Smin = 0 and Smax = 1
 
@@ -56,7 +56,7 @@ class Outcome(NamedTuple):
 
     shadow: np.ndarray  # bool [height, width]
     state: np.ndarray  # uint8 [num_tiles] LIT, SHADOWED or MIXED
-    updates: np.ndarray  # int64 [num_tiles] pixels updated in the tile
+    layers: np.ndarray  # int32 [height, width] stencil updates of each pixel
     counts: HierarchicalCounts
 
 
@@ -74,7 +74,7 @@ def draw_hierarchically(seen: SeenVolumes, resources: Resources, steps: Steps = 
     finish(screen, (buffers, target))
     counted = HierarchicalCounts(*map(int, (*counts, *buffers[1].moved, 2 * sizes.sum())))
     stencil, coarse = target
-    return Outcome(mask(screen, stencil, coarse.state), coarse.state, stencil.updates, counted)
+    return Outcome(mask(screen, stencil, coarse.state), coarse.state, layers(screen, stencil), counted)
 
 
 def new_memory(screen: Screen, resources: Resources) -> Memory:
@@ -92,9 +92,8 @@ def finish(screen: Screen, memory: Memory) -> None:
 
 def mask(screen: Screen, stencil: Stencil, states: np.ndarray) -> np.ndarray:
     """bool [height, width]: the tile's state, or the pixel's own stencil value where that is MIXED."""
-    spread = states.reshape(screen.rows, screen.columns)
-    spread = spread.repeat(screen.tile, axis=0).repeat(screen.tile, axis=1)[: screen.height, : screen.width]
-    return np.asarray((spread == SHADOWED) | ((spread == MIXED) & (values(screen, stencil) > 0)))
+    state = spread(screen, states)
+    return np.asarray((state == SHADOWED) | ((state == MIXED) & (values(screen, stencil) > 0)))
 
 
 @njit

@@ -9,34 +9,30 @@ import numpy as np
 from archsim.jit import compiled, inlined, njit
 from archsim.shadow_volumes.footprint import CUTS
 from archsim.shadow_volumes.polygon import closeness
-from archsim.shadow_volumes.tiles import Screen
+from archsim.shadow_volumes.tiles import Screen, spread
 
 
 class Stencil(NamedTuple):
-    """A pixel's value is the sum of its own and its tile's; greater than 0 is shadow. Never wraps around."""
+    """A pixel's value is the sum of its own and its tile's; greater than 0 is shadow. Never wraps around.
+
+    So are its layers, the number of its updates so far.
+    """
 
     pixels: np.ndarray  # int32 [height, width]
     whole: np.ndarray  # int32 [num_tiles] of polygons that cover all of the tile
-    updates: np.ndarray  # int64 [num_tiles] pixels updated in the tile so far
+    layers: np.ndarray  # int32 [height, width]
+    whole_layers: np.ndarray  # int32 [num_tiles]
 
 
 def new_stencil(screen: Screen) -> Stencil:
     """A cleared stencil buffer."""
-    num_tiles = screen.rows * screen.columns
-    pixels = np.zeros((screen.height, screen.width), np.int32)
-    return Stencil(pixels, np.zeros(num_tiles, np.int32), np.zeros(num_tiles, np.int64))
+    size, num_tiles = (screen.height, screen.width), screen.rows * screen.columns
+    return Stencil(*(np.zeros(shape, np.int32) for shape in (size, num_tiles, size, num_tiles)))
 
 
 @compiled
 def draw_tile(tile, relation, polygon, screen, stencil):
     """Draw a polygon, (footprint, extent, plane, z_pass), in one tile: (pixels updated, 1 if depths were needed)."""
-    updated, needed = _draw_tile(tile, relation, polygon, screen, stencil)
-    stencil.updates[tile] += updated
-    return updated, needed
-
-
-@inlined
-def _draw_tile(tile, relation, polygon, screen, stencil):
     footprint, extent, plane, z_pass = polygon
     y0 = (tile // screen.columns) * screen.tile
     x0 = (tile % screen.columns) * screen.tile
@@ -51,12 +47,14 @@ def _draw_tile(tile, relation, polygon, screen, stencil):
         covered += max(0, right - left)
     if covered == (x1 - x0) * (y1 - y0):
         stencil.whole[tile] += _weight(footprint, first, z_pass)
+        stencil.whole_layers[tile] += 1
     elif covered > 0:
         for y in range(first, end):
             left, right = _span(footprint, y, x0, x1)
             weight = _weight(footprint, y, z_pass)
             for x in range(left, right):
                 stencil.pixels[y, x] += weight
+                stencil.layers[y, x] += 1
     return covered, 0
 
 
@@ -73,6 +71,7 @@ def _draw_tested(footprint, plane, z_pass, screen, stencil, part):
             touched = 1
             if (closeness(plane, x, y) > screen.closest[y, x]) == z_pass:
                 stencil.pixels[y, x] += weight
+                stencil.layers[y, x] += 1
                 updated += 1
     return updated, touched
 
@@ -114,6 +113,9 @@ def tile_ranges(tiles, screen, stencil):
 
 def values(screen: Screen, stencil: Stencil) -> np.ndarray:
     """int32 [height, width]: the stencil value of every pixel."""
-    tiles = stencil.whole.reshape(screen.rows, screen.columns)
-    spread = tiles.repeat(screen.tile, axis=0).repeat(screen.tile, axis=1)
-    return np.asarray(stencil.pixels + spread[: screen.height, : screen.width])
+    return stencil.pixels + spread(screen, stencil.whole)
+
+
+def layers(screen: Screen, stencil: Stencil) -> np.ndarray:
+    """int32 [height, width]: how often the stencil of every pixel was updated."""
+    return stencil.layers + spread(screen, stencil.whole_layers)

@@ -53,3 +53,10 @@ def tiled(image: np.ndarray, tile: int, outside: float) -> np.ndarray:
     padded[:height, :width] = image
     blocks = padded.reshape(rows, tile, columns, tile).swapaxes(1, 2)
     return blocks.reshape(rows * columns, tile * tile)
+
+
+def spread(screen: Screen, tiles: np.ndarray) -> np.ndarray:
+    """Values [num_tiles] of tiles at each of their pixels, [height, width]."""
+    by_place = tiles.reshape(screen.rows, screen.columns)
+    everywhere = by_place.repeat(screen.tile, axis=0).repeat(screen.tile, axis=1)
+    return np.asarray(everywhere[: screen.height, : screen.width])

@@ -1,6 +1,6 @@
 """The folder of a sweep. What is in it is whole: everything is written beside its name and renamed when done.
 
-sweep.json               the sweep's name and its points: parameters, command, digest
+sweep.json               the sweep's name, its points: parameters, command, digest; and who set their values
 points/DIGEST/           result.json, config.yaml, manifest.json of a finished point
 failed/DIGEST.json       why a point has no result, and the command that repeats it
 work/DIGEST/             a picture's work while points are played on it
@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from archsim.config import RunConfig, resolved_yaml
+from archsim.config.explain import Origin
 from archsim.errors import Location, fail
 from archsim.run.folder import MANIFEST, as_json, check_writable, publish, result_json, write_whole
 from archsim.run.manifest import make_manifest
@@ -42,6 +43,8 @@ class Index(NamedTuple):
     name: str
     metrics: tuple[str, ...]
     points: list[IndexEntry]
+    set_by_sweep: list[Origin]  # what the sweep sets, with the values that points have
+    of_run: list[Origin]  # of the run that points start from
 
 
 def check_folder(folder: Path) -> None:
@@ -58,8 +61,8 @@ def check_folder(folder: Path) -> None:
 
 def write_index(folder: Path, index: Index) -> None:
     """Write `sweep.json`; the same sweep gives the same bytes."""
-    points = [entry._asdict() for entry in index.points]
-    write_whole(folder / INDEX, as_json({"name": index.name, "metrics": index.metrics, "points": points}))
+    tree = index._asdict() | {"points": [entry._asdict() for entry in index.points]}
+    write_whole(folder / INDEX, as_json(tree))
 
 
 def read_index(folder: Path) -> Index:
@@ -69,7 +72,8 @@ def read_index(folder: Path) -> Index:
     try:
         tree = json.loads((folder / INDEX).read_text(encoding="utf-8"))
         points = [IndexEntry(**entry) for entry in tree["points"]]
-        return Index(tree["name"], tuple(tree["metrics"]), points)
+        set_by = (_origins(tree[key]) for key in ("set_by_sweep", "of_run"))
+        return Index(tree["name"], tuple(tree["metrics"]), points, *set_by)
     except (ValueError, KeyError, TypeError) as error:
         raise fail(f"is broken: {error}", Location(str(folder / INDEX))) from None
 
@@ -124,6 +128,10 @@ def sweep_out(folder: Path, digests: Iterable[str], work: str) -> None:
         for leftover in (folder / "points").glob(f".{digest}-unfinished-*"):
             shutil.rmtree(leftover, ignore_errors=True)
     shutil.rmtree(folder / "work" / work, ignore_errors=True)
+
+
+def _origins(rows: Iterable[Iterable[str]]) -> list[Origin]:
+    return [Origin(*row) for row in rows]
 
 
 def _failure(folder: Path, digest: str) -> Path:

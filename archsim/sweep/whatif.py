@@ -9,12 +9,11 @@ import itertools
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
-from archsim.config import RunConfig
+from archsim.config import LoadedSweep, RunConfig, sweep_of
 from archsim.config.components import CacheConfig, CoreConfig, FifoConfig, LocksConfig, UnitConfig
 from archsim.config.dram import DramConfig
 from archsim.config.machine import MachineConfig
 from archsim.config.stages import DelayStreamConfig, StageConfig
-from archsim.config.sweep import SweepConfig
 from archsim.errors import fail
 from archsim.sweep.expand import flow
 from archsim.units import format_bytes, format_frequency
@@ -65,7 +64,7 @@ def ideal_parts(config: RunConfig) -> dict[str, Overrides]:
     return {idea: overrides for idea, overrides in found.items() if overrides}
 
 
-def whatif_sweep(config: RunConfig, run: str, pairs: bool) -> tuple[SweepConfig, list[tuple[str, ...]]]:
+def whatif_sweep(config: RunConfig, run: str, pairs: bool) -> tuple[LoadedSweep, list[tuple[str, ...]]]:
     """The sweep that measures every idea, and the ideas of each of its points."""
     ideas = ideal_parts(config)
     chosen: list[tuple[str, ...]] = [(), *((idea,) for idea in ideas)]
@@ -76,10 +75,8 @@ def whatif_sweep(config: RunConfig, run: str, pairs: bool) -> tuple[SweepConfig,
     }  # a pair may be one of the two
     chosen = [each for each in chosen if each in distinct.values()]
     points = [_together(ideas, each) for each in chosen]
-    sweep = SweepConfig.model_validate(
-        {"name": f"whatif {config.name}"[:100], "run": run, "parameters": [{"list": points}]}
-    )
-    return sweep, chosen
+    keys = {"name": f"whatif {config.name}"[:100], "run": run, "parameters": [{"list": points}]}
+    return sweep_of(keys, "archsim whatif"), chosen
 
 
 def outcomes(chosen: list[tuple[str, ...]], cycles: list[Mapping[str, float] | None]) -> list[Outcome]:

@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 
 import archsim.cli.run
 from archsim.cli.app import app
-from archsim.config import load_run
+from archsim.config import load_run, load_run_with_origins
 from archsim.reproduce import johnson2004
 from archsim.reproduce.cells import Place, make_cell
 from archsim.reproduce.johnson2004 import simulate_row
@@ -180,7 +180,7 @@ def test_errors_in_assembly_have_file_line_and_column(tmp_path):
 
 @pytest.fixture
 def reproduced(monkeypatch):
-    row = Row(load_run("runs/tiny.yaml"), make_result(), 1.5)
+    row = Row(load_run_with_origins("runs/tiny.yaml"), make_result(), 1.5)
     cells = [
         make_cell(Place("johnson2004", 3, "doom_light0", "cycles"), "predicted", 26107800, 26000000, "cycles")
     ]
@@ -197,6 +197,8 @@ def test_a_reproduction_prints_its_cells_and_leaves_its_rows(reproduced, tmp_pat
     folder = tmp_path / "runs" / "reproduce-johnson2004"
     assert load_folder(folder / "doom_light0").result.name == "made_up"
     assert "26,107,800" in (folder / "report.html").read_text()
+    for page in (folder / "report.html", folder / "doom_light0" / "report.html"):
+        assert "configs/machines/tiny.yaml:" in page.read_text()
     archsim_("reproduce")  # replaces it
     assert [path.name for path in folder.parent.iterdir()] == ["reproduce-johnson2004"]
 

@@ -26,6 +26,9 @@ def test_a_walkthrough_leaves_a_folder_and_no_frames(in_an_empty_folder):
     first = archsim_("walkthrough", "aila2004/simple", *SMALL).stdout
     assert "written to runs/walkthrough-simple" in first
     assert [path.name for path in (in_an_empty_folder / "runs").iterdir()] == ["walkthrough-simple"]
+    page = (in_an_empty_folder / "runs" / "walkthrough-simple" / "report.html").read_text()
+    for place in ("experiments/aila2004/simple.yaml:", "--set frames=2", "the default"):
+        assert place in page
     again = archsim_("walkthrough", "aila2004/simple", *SMALL, "--json").stdout
     statistics = {each["name"]: each["value"] for each in json.loads(again)["statistics"]}
     assert statistics["walkthrough.frames"] == 2

@@ -43,6 +43,15 @@ def test_the_nearest_wins_whatever_the_order():
     assert (one.counts.fragments, one.counts.passed, other.counts.passed) == (128, 64, 128)
 
 
+def test_samples_are_counted_by_their_fragments():
+    """A square over all of 8 x 8 samples, another over 4 x 4 of them."""
+    both = np.concatenate([square(0.25, 0.25, 0.25, 0.25), square(0.5, 0.5, 0.5, 0.5, high=0.5)])
+
+    drawn = draw(both, np.concatenate([SQUARE, SQUARE + 4]), make_grid(8, 8))
+
+    assert drawn.layers.tolist() == [0, 64 - 16, 16]
+
+
 def test_only_tiles_with_a_passing_sample_are_touched():
     drawn = draw(square(0.5, 0.5, 0.5, 0.5, low=0.3, high=0.45), SQUARE, make_grid(16, 16))
 

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
+from archsim.config import load_run_with_origins
 from archsim.report.reproduction_page import reproduction_report
 from archsim.report.run_page import run_report
 from archsim.report.sweep_page import sweep_report
 from archsim.reproduce.cells import Paper, Place, make_cell
-from archsim.reproduce.reproduction import Reproduction
+from archsim.reproduce.reproduction import Reproduction, Row
 from tests.run.results import CONFIG_YAML, MANIFEST, make_result
 from tests.sweep.test_conduct import conducted
 
@@ -55,7 +56,7 @@ def shown(folder, html, height):
 
 @pytest.mark.skipif(not CHROMIUM, reason="no Chromium is installed")
 def test_a_run_page_opens_from_disk(tmp_path):
-    assert "Speed of light" in shown(tmp_path, run_report(make_result(), CONFIG_YAML, MANIFEST), 1600)
+    assert "Speed of light" in shown(tmp_path, run_report(make_result(), CONFIG_YAML, MANIFEST, []), 1600)
 
 
 @pytest.mark.skipif(not CHROMIUM, reason="no Chromium is installed")
@@ -66,7 +67,8 @@ def test_a_reproduction_page_opens_from_disk_and_its_widest_table_fits(tmp_path)
         for column in ("cycles", "cycles of the other phase", "misses")
     ]
     paper = Paper("paper", "A paper", {1: "Six rows"}, {})
-    html = reproduction_report(paper, Reproduction({}, cells), {"row 0": make_result()}, MANIFEST)
+    row = Row(load_run_with_origins("runs/tiny.yaml"), make_result(), 1.0)
+    html = reproduction_report(paper, Reproduction({"row 0": row}, cells), MANIFEST, {})
     measure = (
         "<script>document.title = document.querySelector('.scroll').scrollWidth + ' of ' + "
         "document.querySelector('.scroll').clientWidth;</script></body>"

@@ -2,10 +2,12 @@
 
 import pytest
 
+from archsim.config import load_run_with_origins
+from archsim.config.explain import Origin
 from archsim.report.reproduction_page import reproduction_report, summary
 from archsim.report.tables import grade, tables
 from archsim.reproduce.cells import Paper, Place, make_cell, new_cell
-from archsim.reproduce.reproduction import Picture, Reproduction
+from archsim.reproduce.reproduction import Picture, Reproduction, Row
 from tests.report.pages import check_self_contained
 from tests.run.results import MANIFEST, make_result
 
@@ -20,9 +22,13 @@ CELLS = [
 
 
 def test_the_page_is_whole_and_holds_the_cells():
-    results = {"a": make_result(), "b": make_result()}
+    rows = {
+        name: Row(load_run_with_origins("runs/tiny.yaml", [f"name={name}"]), make_result(), 1.0)
+        for name in "ab"
+    }
+    links = {"a": "a/report.html"}
 
-    page = check_self_contained(reproduction_report(PAPER, Reproduction({}, CELLS), results, MANIFEST))
+    page = check_self_contained(reproduction_report(PAPER, Reproduction(rows, CELLS), MANIFEST, links))
 
     for text in (
         "A paper & its title",
@@ -31,6 +37,9 @@ def test_the_page_is_whole_and_holds_the_cells():
         "2,020",
         "+1.0 %",
         "75 - 118",
+        "--set name=a",
+        "--set name=b",
+        "configs/machines/tiny.yaml:",
     ):
         assert text in page.text, text
     assert page.tags.count("img") == 2  # one shadow a row
@@ -43,9 +52,12 @@ def test_a_table_that_was_never_printed_is_rows_by_columns_and_pictures_follow()
     ]
     picture = Picture("What it shows.", '<svg viewBox="0 0 1 1"></svg>')
 
-    page = check_self_contained(reproduction_report(PAPER, Reproduction({}, cells, (picture,)), {}, MANIFEST))
+    machine = {"the machine": [Origin("clocks.core", "1 GHz", "a.yaml:3:1")]}
+    reproduction = Reproduction({}, cells, (picture,), origins=machine)
 
-    for text in ("plane", "119", "384", "What it shows."):
+    page = check_self_contained(reproduction_report(PAPER, reproduction, MANIFEST, {}))
+
+    for text in ("plane", "119", "384", "What it shows.", "a.yaml:3:1"):
         assert text in page.text, text
     assert "printed" not in page.text[page.text.index("Table 1") : page.text.index("What it shows.")]
     assert "issue slots" not in page.text

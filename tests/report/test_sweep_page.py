@@ -24,6 +24,8 @@ def test_the_page_holds_points_front_effects_and_failures(tmp_path, metrics):
     assert "izb_build.cycles [cycles]" in page.text
     assert "archsim run runs/tiny.yaml" in page.text
     assert "code digest" in page.text
+    assert "1 KiB, 3000 B, 2 KiB" in page.text
+    assert "configs/machines/tiny.yaml:" in page.text
 
 
 def test_a_sweep_without_results_has_a_page(tmp_path):

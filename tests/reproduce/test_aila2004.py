@@ -6,7 +6,7 @@ import pytest
 import yaml
 
 from archsim import resources
-from archsim.config import load_walkthrough
+from archsim.config import load_walkthrough, load_walkthrough_with_origins
 from archsim.reproduce import aila2004
 from archsim.reproduce.aila2004 import QUANTITIES, ROWS, VARIANTS, make_cells
 from archsim.reproduce.reproduction import Row
@@ -23,8 +23,8 @@ def made_up_row(name):
         *(f"{v}.{q}" for v in VARIANTS.values() for q, _, _ in QUANTITIES.values()),
     ]
     statistics = [Statistic(each, 1000 + k, "", "") for k, each in enumerate(names)]
-    config = load_walkthrough(resources.experiment("aila2004") / f"{name}.yaml")
-    return Row(config, make_result(statistics=statistics), 1.0)
+    loaded = load_walkthrough_with_origins(resources.experiment("aila2004") / f"{name}.yaml")
+    return Row(loaded, make_result(statistics=statistics), 1.0)
 
 
 @pytest.fixture(scope="module")

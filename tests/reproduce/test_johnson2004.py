@@ -7,7 +7,7 @@ import pytest
 import yaml
 
 from archsim import resources
-from archsim.config import load_run
+from archsim.config import load_run_with_origins
 from archsim.reproduce import johnson2004
 from archsim.reproduce.cells import KINDS
 from archsim.reproduce.johnson2004 import ROWS, RUNS, Row, make_cells
@@ -28,8 +28,8 @@ def made_up_row(name: str) -> Row:
     names += [f"izb_raster.{cache}.average_miss_cycles" for cache in ("fragment_l1", "l2")]
     names += [statistic for _, statistic, _ in johnson2004._EXTRA]
     statistics = [Statistic(each, 1000 + k, "", "") for k, each in enumerate(names)]
-    config = load_run(resources.experiment("johnson2004") / f"{name}.yaml")
-    return Row(config, make_result(statistics=statistics), 1.0)
+    loaded = load_run_with_origins(resources.experiment("johnson2004") / f"{name}.yaml")
+    return Row(loaded, make_result(statistics=statistics), 1.0)
 
 
 @pytest.fixture(scope="module")
@@ -85,10 +85,10 @@ def test_sizes_are_exact_and_minima_are_measured(cells):
 
 def test_sizes_come_from_the_machine_and_not_from_the_paper():
     rows = {name: made_up_row(name) for name in RUNS}
-    changed = load_run(
+    changed = load_run_with_origins(
         resources.experiment("johnson2004") / "doom_light0.yaml", ["machine.components.l2.size=512 KiB"]
     )
-    rows["doom_light0"] = rows["doom_light0"]._replace(config=changed)
+    rows["doom_light0"] = rows["doom_light0"]._replace(loaded=changed)
 
     size = find(make_cells(rows), 2, "L2", "size")
 

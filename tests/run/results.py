@@ -68,7 +68,7 @@ def make_result(**changes) -> Result:
         statistics=statistics,
         checks=[Check("a law", True, "1 = 1")],
         shadow=shadow,
-        histograms=[Histogram("Length of lists", "samples", np.array([5, 3, 0, 1]))],
+        histograms=[Histogram("Length of lists", "samples", "cells", np.array([5, 3, 0, 1]))],
         maps={"Fragments of each pixel [fragments]": np.array([[1, np.nan, 2, 9]] * 3, np.float32)},
         latencies={f"izb_build.{level}": np.bincount([1, 1, 20], minlength=128) for level in ("l1", "dram")},
     )

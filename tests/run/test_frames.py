@@ -51,6 +51,9 @@ def test_a_killed_walkthrough_goes_on_at_the_next_frame(tmp_path, drawn):
     assert drawn["frames"] == 3
     assert result_json(resumed) == result_json(whole)
     np.testing.assert_array_equal(resumed.shadow, whole.shadow)
+    (layers,) = resumed.histograms
+    assert layers.counts.tolist() == whole.histograms[0].counts.tolist()
+    assert layers.counts.sum() == 3 * 64 * 48
     assert set(told) == {"brute_force", "depth_bounds", "hierarchical"}
     assert all(done == total for done, total in told.values())
 

@@ -141,3 +141,21 @@ def test_blocks_of_four_tiles_are_touched_with_any_of_them():
 def test_runs_that_cannot_be_played_are_refused(overrides, problem):
     with pytest.raises(ArchsimError, match=problem):
         run(*overrides)
+
+
+def test_every_texel_and_touched_block_is_in_a_histogram():
+    result = run(Z_CACHE + "codec=none")
+
+    layers, blocks = result.histograms
+    fragments = sum(each.value for each in result.statistics if each.name.endswith(".fragments"))
+    assert layers.counts.sum() == result.value("maps.texels")
+    assert np.arange(len(layers.counts)) @ layers.counts == fragments
+    assert np.flatnonzero(blocks.counts).tolist() == [48]  # 4 x 4 samples of 3 bytes
+
+
+def test_compression_shows_in_the_sizes_of_blocks():
+    result = run()
+
+    _, blocks = result.histograms
+    held = np.arange(len(blocks.counts)) @ blocks.counts
+    assert result.value("maps.finished_compression") == pytest.approx(48 * blocks.counts.sum() / held)

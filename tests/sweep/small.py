@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+from archsim.config import LoadedSweep, sweep_of
 from archsim.config.sweep import SweepConfig
 from archsim.sweep.job import RenderJob, perform
 from archsim.sweep.workers import OwnProcess
@@ -19,6 +20,10 @@ SWEEP = {
 
 def sweep(**changes) -> SweepConfig:
     return SweepConfig.model_validate({**SWEEP, **changes})
+
+
+def loaded_sweep(**changes) -> LoadedSweep:
+    return sweep_of({**SWEEP, **changes})
 
 
 class InlineWorkers(OwnProcess):

@@ -14,15 +14,15 @@ from archsim.sweep.plan import make_plan
 from archsim.sweep.start import run_sweep
 from archsim.sweep.store import check_folder, is_finished, only_one, read_failure, read_index
 from archsim.sweep.watch import SilentWatch
-from tests.sweep.small import InlineWorkers, sweep
+from tests.sweep.small import InlineWorkers, loaded_sweep
 
 
 def conducted(folder, workers=None, part="1of1", **changes):
     """Tally, workers, watch and points of a sweep done in a folder."""
-    config = sweep(**changes)
-    points = make_plan(config, "runs/tiny.yaml")
+    loaded, run = loaded_sweep(**changes), "runs/tiny.yaml"
+    points = make_plan(loaded.config, run)
     workers, watch = workers or InlineWorkers(), SilentWatch()
-    return run_sweep(config, (points, points), folder, (workers, part, watch)), workers, watch, points
+    return run_sweep(loaded, run, (points, points), folder, (workers, part, watch)), workers, watch, points
 
 
 def test_points_have_the_results_of_their_runs_and_pictures_are_rendered_once(tmp_path):

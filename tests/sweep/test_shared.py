@@ -13,7 +13,7 @@ from archsim.sweep.plan import make_plan
 from archsim.sweep.start import run_sweep
 from archsim.sweep.watch import SilentWatch
 from tests.run.test_rendering import KNIGHTS, MAPS, everything
-from tests.sweep.small import InlineWorkers, sweep
+from tests.sweep.small import InlineWorkers, loaded_sweep
 
 SWEEPS = {path.stem: path for path in sorted((resources.root() / "configs" / "sweeps").glob("*.yaml"))}
 C = "machine.components."
@@ -102,7 +102,7 @@ def both_models(run, **changes):
     pairs = (override.split("=", 1) for override in run[1:])
     own = {key: yaml.safe_load(text) for key, text in pairs}
     models = {"model": ["compiled", "reference"]}
-    return sweep(run=run[0], set=own, parameters=[{"grid": {**changes, **models}}])
+    return loaded_sweep(run=run[0], set=own, parameters=[{"grid": {**changes, **models}}])
 
 
 SMALL_SWEEPS = {
@@ -113,10 +113,10 @@ SMALL_SWEEPS = {
 
 @pytest.mark.parametrize(("run", "changes"), SMALL_SWEEPS.values(), ids=SMALL_SWEEPS)
 def test_points_of_every_kind_have_the_results_of_their_runs(tmp_path, run, changes):
-    config, workers = both_models(run, **changes), InlineWorkers()
-    points = make_plan(config, config.run)
+    loaded, workers = both_models(run, **changes), InlineWorkers()
+    points = make_plan(loaded.config, loaded.config.run)
 
-    tally = run_sweep(config, (points, points), tmp_path, (workers, "1of1", SilentWatch()))
+    tally = run_sweep(loaded, loaded.config.run, (points, points), tmp_path, (workers, "1of1", SilentWatch()))
 
     assert (tally.finished, tally.failed, workers.num_rendered) == (8, 0, 2)
     for point in points:

@@ -18,7 +18,7 @@ def test_every_idea_and_pair_is_a_run(run):
     pairs = "izb" in run or run == "tiny"
     sweep, chosen = whatif_sweep(config, f"runs/{run}.yaml", pairs)
 
-    points = make_plan(sweep, f"runs/{run}.yaml")
+    points = make_plan(sweep.config, f"runs/{run}.yaml")
 
     assert len(points) == len(chosen) == len({point.digest for point in points})  # equal pairs only once
     assert {(idea,) for idea in ideal_parts(config)} <= set(chosen)

@@ -29,6 +29,7 @@ from archsim.reproduce.lloyd2007.compression import (
     Buffers,
     measure,
 )
+from archsim.reproduce.lloyd2007.configuration import configuration
 from archsim.reproduce.lloyd2007.designs import DESIGNS, MAP_ROWS, hardware_with, play_designs
 from archsim.reproduce.lloyd2007.pipeline import Played, moved_bytes, play_families, storage_bytes
 from archsim.reproduce.lloyd2007.views import ID, SCENES
@@ -125,7 +126,8 @@ def reproduce(progress: Progress = silent) -> Reproduction:
         *design_cells(),
     ]
     checks = tuple(check for each in played.values() for check in each.checks)
-    return Reproduction({}, cells, pictures.all_pictures(measured, picture, families), checks)
+    shown = pictures.all_pictures(measured, picture, families)
+    return Reproduction({}, cells, shown, checks, configuration())
 
 
 def precision_cells(printed: Mapping[str, Any]) -> list[Cell]:
