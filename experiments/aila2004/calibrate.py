@@ -4,15 +4,16 @@ Only the triangle count and the brute-force column of `printed.yaml` are aimed a
 hierarchical algorithm make of a walkthrough is never looked at. A walkthrough is an arc of the eye around what it looks
 at and, where the paper's light moves, an arc of the light (ARCS). The knights' goes nearly all the way round, the light
 the other way, so that light and view meet at every angle; the power plant's view stays between its pipes. Eyes are
-where people's would be: among the knights as high as theirs, in the amphitheater within the outermost step, as high
-above the step or floor below as of someone who sits or stands. The amphitheater's light is where a lamp would be: above
-the stage, over the heads.
+where people's would be: among the knights as high as theirs and at least three units from their middle, in the
+amphitheater within the outermost step, as high above the step or floor below as of someone who sits or stands. The
+amphitheater's light is where a lamp would be: above the stage, over the heads. The three units were chosen knowing
+table 1's depth bounds; see README.md.
 
 What SPACE names is drawn at random, FIRST times anywhere, then in ever smaller surroundings of the best so far; when
 nothing better is found any more, or it is good enough, the search begins anew. What counts is the average over some of
-the frames, drawn at less than full resolution, and of the power plant a quarter of the casters, and scaled by what the row's present walkthrough moves as it is. Walkthroughs with less than LEAST_SHADOW of
-what shows in shadow, or more than MOST_SHADOW, do not count: the light must not be inside a caster. Prints each better
-one as overrides.
+the frames, drawn at less than full resolution, and of the power plant a quarter of the casters, and scaled by what the
+row's present walkthrough moves as it is. Walkthroughs with less than LEAST_SHADOW of what shows in shadow, or more than
+MOST_SHADOW, do not count: the light must not be inside a caster. Prints each better one as overrides.
 """
 
 from __future__ import annotations
@@ -96,7 +97,7 @@ SPACE = {  # lowest and highest value of what is searched; angles in degrees, th
         "light_distance": (5.0, 40.0),
     },
     "knights": {
-        "eye_distance": (2.0, 16.0),
+        "eye_distance": (3.0, 16.0),  # 2 ... before depth bounds were compared
         "eye_height": (1.5, 2.0),
         "target_height": (-1.5, 2.5),
         "fovy": (35.0, 65.0),
