@@ -63,8 +63,8 @@ PAPER = Paper(
         1: [
             "The scenes are stand-ins. Camera, light and sizes were searched so that the number of triangles and the "
             "brute-force column come near the paper's.",
-            "Depth bounds (DB) of Knights and Amphitheater count as calibrated: the knights' eye is three units or more "
-            "from their middle, of two equally good walkthroughs the one with the nearer DB was taken, and the "
+            "Depth bounds (DB) of Knights and Amphitheater count as calibrated: the knights' eye is three units or "
+            "more from their middle, of two equally good walkthroughs the one with the nearer DB was taken, and the "
             "amphitheater's columns are one object, knowing that column. No number of the hierarchical column (H) was "
             "aimed at.",
             "2 bytes a stencil operation on a pixel, 128 bytes a tile of compressed depths, 1 byte a lit pixel or 64 "
@@ -120,7 +120,9 @@ def _table_cells(name: str, result: Result, printed: dict[str, Any]) -> list[Cel
         for column, number in printed["table1"][quantity][name].items():
             ours = _ratio(result, statistic, "brute_force", VARIANTS[column])
             kind = _kind(name, column)
-            cells.append(make_cell(Place(ID, 1, name, f"{quantity} BF:{column}"), kind, number, ours, "ratio"))
+            cells.append(
+                make_cell(Place(ID, 1, name, f"{quantity} BF:{column}"), kind, number, ours, "ratio")
+            )
     return cells
 
 
