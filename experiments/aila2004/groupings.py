@@ -50,6 +50,7 @@ def drawn(way: str, num_frames: int, width: int, height: int) -> list[Frame]:
 def grouping(mesh: Mesh, way: str) -> np.ndarray:
     """int32 [num_triangles]: objects made of connected parts, in the order of the mesh."""
     positions, triangles = welded(mesh)
+    assert mesh.objects is not None
     casting = mesh.objects >= 0
     own = triangles[casting]
     roots = connected_parts(own, np.zeros(len(own), np.int64), len(positions))
