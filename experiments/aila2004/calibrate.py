@@ -4,16 +4,16 @@ Only the triangle count and the brute-force column of `printed.yaml` are aimed a
 hierarchical algorithm make of a walkthrough is never looked at. A walkthrough is an arc of the eye around what it looks
 at and, where the paper's light moves, an arc of the light (ARCS). The knights' goes nearly all the way round, the light
 the other way, so that light and view meet at every angle; the power plant's view stays between its pipes. Eyes are
-where people's would be: among the knights as high as theirs, in the amphitheater within the outermost step, as high
-above the step or floor below as of someone who sits or stands. The amphitheater's light is where a lamp would be: above
-the stage, over the heads.
+where people's would be: among the knights as high as theirs and at least three units from their middle, in the
+amphitheater within the outermost step, as high above the step or floor below as of someone who sits or stands. The
+amphitheater's light is where a lamp would be: above the stage, over the heads. The three units were chosen knowing
+table 1's depth bounds; see README.md.
 
-What SPACE names is drawn at random, at first anywhere, then in ever smaller surroundings of the best so far; when
+What SPACE names is drawn at random, FIRST times anywhere, then in ever smaller surroundings of the best so far; when
 nothing better is found any more, or it is good enough, the search begins anew. What counts is the average over some of
-the frames, drawn at less than full resolution but for the amphitheater, and of the power plant a quarter of the
-casters, and scaled by what the row's present walkthrough moves as it is. Walkthroughs with less than LEAST_SHADOW of
-what shows in shadow, or more than MOST_SHADOW, do not count: the light must not be inside a caster. Prints each better
-one as overrides.
+the frames, drawn at less than full resolution, and of the power plant a quarter of the casters, and scaled by what the
+row's present walkthrough moves as it is. Walkthroughs with less than LEAST_SHADOW of what shows in shadow, or more than
+MOST_SHADOW, do not count: the light must not be inside a caster. Prints each better one as overrides.
 """
 
 from __future__ import annotations
@@ -43,7 +43,8 @@ HERE = Path(__file__).resolve().parent
 MB = 2**20
 LEAST_SHADOW, MOST_SHADOW = 0.05, 0.7
 GOOD = 0.005  # misfit
-PATIENCE = 50  # walkthroughs without a better one
+FIRST = 20  # walkthroughs drawn anywhere, before the best of them is gone on from
+PATIENCE = 50  # walkthroughs without a better one, then
 HOPELESS = 6  # times the least misfit: a walkthrough whose first frames are worse is not finished
 FRAMES_OF_SCALE = 2
 
@@ -86,7 +87,7 @@ ARCS = {
     "powerplant": Arcs(32.0, 40.0, eye_middle=(6.82, 14.63), keyframes=9),
     "amphitheater": Arcs(None, 0.0, parameters=(("pose", 22.0),), steps=Steps()),
 }
-DRAFTS = {"powerplant": Draft(every=4), "amphitheater": Draft(frames=4, resolution="[1280,1024]")}
+DRAFTS = {"powerplant": Draft(every=4), "amphitheater": Draft(frames=8, resolution="[640,512]")}
 SPACE = {  # lowest and highest value of what is searched; angles in degrees, the light's distance along the ground
     "simple": {
         "eye_distance": (150.0, 450.0),
@@ -96,7 +97,7 @@ SPACE = {  # lowest and highest value of what is searched; angles in degrees, th
         "light_distance": (5.0, 40.0),
     },
     "knights": {
-        "eye_distance": (2.0, 16.0),
+        "eye_distance": (3.0, 16.0),  # 2 ... before depth bounds were compared
         "eye_height": (1.5, 2.0),
         "target_height": (-1.5, 2.5),
         "fovy": (35.0, 65.0),
@@ -165,13 +166,14 @@ def search(row: str, seconds: float, seed: int) -> Iterator[Found]:
     space, draft, aim = SPACE[row], DRAFTS.get(row, Draft()), np.array(printed_column(row))
     low, high = np.array(list(space.values())).T
     scale, random = _scale(row, draft), np.random.default_rng(seed)
-    start, least, best, stale = 0, np.inf, None, 0
+    start, least, best, stale, tried = 0, np.inf, None, 0, 0
     deadline = time.perf_counter() + seconds
     while time.perf_counter() < deadline:
-        if least < GOOD or stale > PATIENCE:
-            start, least, best, stale = start + 1, np.inf, None, 0
+        if least < GOOD or (tried > FIRST and stale > PATIENCE):
+            start, least, best, stale, tried = start + 1, np.inf, None, 0, 0
         place = random.uniform(low, high)
-        if best is not None and random.uniform() < 0.9:
+        tried += 1
+        if best is not None and tried > FIRST and random.uniform() < 0.9:
             step = random.normal(0, 0.2 * 0.95**stale + 0.01, len(low)) * (high - low)
             place = np.clip(best + step * (random.uniform(size=len(low)) < 0.5), low, high)
         overrides = overrides_of(dict(zip(space, place, strict=True)), ARCS[row])

@@ -56,6 +56,7 @@ def test_the_amphitheaters_eye_is_someones_in_it(calibrate):
 def test_the_knights_are_seen_by_one_of_them():
     frames = load_walkthrough(FOLDER / "knights.yaml").keyframes
     assert all(1.5 <= frame.eye[2] <= STANDING for frame in frames)
+    assert all(np.hypot(*frame.eye[:2]) >= 3.0 for frame in frames)
 
 
 def test_every_other_caster_is_drawn(calibrate):

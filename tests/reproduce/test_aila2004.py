@@ -56,10 +56,16 @@ def test_printed_and_ours_are_not_mixed_up(cells):
     assert (ratio.printed, ratio.ours) == (12.7, 1007 / 1021)
 
 
-def test_only_the_brute_force_column_is_calibrated(cells):
+def test_the_brute_force_column_and_two_rows_of_depth_bounds_are_calibrated(cells):
     for cell in cells:
-        if cell.kind == "calibrated":
-            assert cell.column == "shadow_volume_triangles" or cell.column.endswith(" BF")
+        if cell.kind == "calibrated" and cell.column != "shadow_volume_triangles":
+            chosen = cell.row in ("knights", "amphitheater") and cell.column.endswith(("DB", "BF:DB"))
+            assert cell.column.endswith(" BF") or chosen
+
+
+def test_nothing_of_the_hierarchical_column_is_calibrated(cells):
+    assert not [cell for cell in cells if cell.column.endswith((" H", ":H")) and cell.kind == "calibrated"]
+    assert {cell.kind for cell in cells if cell.column.endswith("BF:H")} == {"predicted"}
 
 
 def test_nothing_printed_is_read_by_a_simulation():

@@ -135,6 +135,11 @@ def test_solids_of_a_power_plant_are_dealt_to_objects_place_by_place():
     assert middles == sorted(middles)
 
 
+def test_the_amphitheaters_columns_are_one_object_and_each_actor_is_one():
+    mesh = make_mesh("amphitheater", 1, {"actors": 3, "columns": 4, "column_sides": 5})
+    assert np.bincount(mesh.objects[mesh.objects >= 0]).tolist() == [4 * 20, 562, 532, 562]
+
+
 def test_the_simple_scene_is_the_inside_of_a_room():
     mesh = make_mesh("simple_occluder", 0, {})
     assert np.abs(mesh.vertices).max() == 100

@@ -38,12 +38,16 @@ def num_triangles(parameters: Parameters) -> int:
 
 
 def make(random: np.random.Generator, parameters: Parameters) -> Mesh:
-    """Ground and steps, which cast no shadows, then columns along the straight side, then actors on the stage."""
+    """Ground and steps, which cast no shadows, then columns along the straight side, then actors on the stage.
+
+    The columns are one object, as a building that is one model; each actor is one.
+    """
     half = parameters.stage_radius + parameters.rows * parameters.step_depth
     floor = ground(1.5 * half, 1, np.zeros((2, 2)))
     columns, actors = _columns(parameters), characters.characters(_stance(random, parameters))
     parts = [floor, _steps(parameters), *columns, *actors]
-    return join(parts, [NO_SHADOW, NO_SHADOW, *range(len(parts) - 2)])
+    colonnade = [0] * len(columns)
+    return join(parts, [NO_SHADOW, NO_SHADOW, *colonnade, *range(1, len(actors) + 1)])
 
 
 def _steps(parameters: Parameters) -> Mesh:
