@@ -62,6 +62,7 @@ def issue(spec: Machine, state: State, cycle, core):
         _charge_empty_slots(spec, state, cycle, core, number)
         if turns.does_operation(state.core, number, turn):
             turns.use_slot(state.core, cycle, core, place, turn)
+            turns.leave(state.core, core, number)
             if not _operate(spec, state, cycle, core, number, turn):
                 return BAD_UNLOCK
     turns.plan(state.core, core)
@@ -85,7 +86,10 @@ def _is_at_end(state, core, place, turn):
 def _pass_ends(spec, state, cycle, core, place, turn):
     """Threads at the end of their tasks, that at `place` first, take others until one can issue; it and its turn."""
     while place != NO_THREAD and _is_at_end(state, core, place, turn):
-        if not _change_task(spec, state, cycle, _number_of(state, core, place), turn):
+        number = _number_of(state, core, place)
+        turns.leave(state.core, core, number)
+        if not _change_task(spec, state, cycle, number, turn):
+            turns.come_back(state.core, core, number)
             return _NEEDS_TASKS_FIRST, turn
         place, turn = turns.next_in_turn(state.core, core)
     return place, turn
@@ -162,18 +166,19 @@ def _operate(spec, state, cycle, core, number, turn):
     cursor, op = thread["cursor"], thread["op"]
     address, num_bytes = state.tasks.records[cursor]["address"], state.tasks.records[cursor]["bytes"]
     core_model.read_record(thread, state.tasks.records, cursor + 1)
-    turns.go_on(state.core, number, turn + 1)
     if op == Op.LOAD or op == Op.STORE or op == Op.CLEAR:
         turns.park(state.core, number)
         kind = READ if op == Op.LOAD else WRITE if op == Op.STORE else CLEAR
         memory.access(spec, state, cycle, core, Request(address, num_bytes, kind, number))
-    elif op == Op.LOCK:
-        if not locks_model.take(state.locks, cycle, address, number):
-            thread["reason"] = STALL_LOCK
-            turns.park(state.core, number)
-    elif op == Op.UNLOCK:
+        return True
+    if op == Op.LOCK and not locks_model.take(state.locks, cycle, address, number):
+        thread["reason"] = STALL_LOCK
+        turns.park(state.core, number)
+        return True
+    turns.go_on(state.core, number, turn + 1)
+    if op == Op.UNLOCK:
         return _unlock(state, cycle, address, number)
-    else:
+    if op == Op.EMIT:
         state.core.cores[core]["emitted"] += 1
     return True
 

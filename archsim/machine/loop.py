@@ -14,6 +14,7 @@ from archsim.machine.memory import deliver_due, look_up_due, play_dram
 from archsim.machine.state import Machine, State
 from archsim.model.compiled import NEVER, inlined_step
 from archsim.model.core.compiled_turns import play_all_to
+from archsim.model.dram.compiled import first_clock
 
 OVER, NEEDS_ROOM, PAUSED = (
     BAD_UNLOCK + n for n in (1, 2, 3)
@@ -34,32 +35,25 @@ def play(spec: Machine, state: State):
                 play_all_to(state.core, cycle)
                 return PAUSED
             _begin(spec, state, cycle)
+        state.core.next_due[0] = NEVER
         for core in range(spec.core.num_cores):
             if state.core.due[core] <= cycle:
                 status = issue(spec, state, cycle, np.uint32(core))
                 if status != PLAYED:
                     run["cycle"] = cycle
                     return status
+            state.core.next_due[0] = min(state.core.next_due[0], state.core.due[core])
 
-        due = _next_due(state.core)
-        if run["horizon"] > cycle and run["horizon"] >= due and due != NEVER:
+        due = state.core.next_due[0]
+        if run["horizon"] > cycle and run["horizon"] >= due and _comes_before_dram(spec, state, due):
             cycle = due
         else:
             run["cycle"] = cycle
-            cycle = _end(spec, state, cycle, due)
+            cycle = _end(spec, state, cycle)
             if run["needs_room"] != 0 and cycle != NEVER:
                 run["cycle"] = cycle
                 return NEEDS_ROOM
     return OVER
-
-
-@inlined_step
-def _next_due(cores):
-    """The first cycle in which a core is due."""
-    due = NEVER
-    for core in range(len(cores.due)):
-        due = min(due, cores.due[core])
-    return due
 
 
 @inlined_step
@@ -72,20 +66,22 @@ def _begin(spec, state, cycle):
 
 
 @inlined_step
-def _end(spec, state, cycle, due):
-    """Phase 2 of `cycle` and the DRAM's clocks; returns the next cycle in which something can happen, or NEVER.
-
-    `due`: the first cycle in which a core is due, before the lookups.
-    """
+def _end(spec, state, cycle):
+    """Phase 2 of `cycle` and the DRAM's clocks; returns the next cycle in which something can happen, or NEVER."""
     run = state.run[0]
     if run["next_lookup"] <= cycle:
         look_up_due(spec, state, cycle)
-        due = _next_due(state.core)
-
+    due = state.core.next_due[0]
     later = play_dram(spec, state, max(cycle + 1, min(_next_event(spec, state), due)))
-    dram_ticks = state.dram.next_due[0] * spec.dram.period_ticks
-    run["horizon"] = min(min(_next_event(spec, state), run["pause"]), dram_ticks // spec.core.period_ticks)
+    run["horizon"] = min(_next_event(spec, state), run["pause"])
     return later
+
+
+@inlined_step
+def _comes_before_dram(spec, state, cycle):
+    """Whether the DRAM has nothing to do before `cycle`, which comes."""
+    ticks = first_clock(state.dram) * spec.dram.period_ticks
+    return cycle != NEVER and cycle * spec.core.period_ticks <= ticks
 
 
 @inlined_step

@@ -124,19 +124,20 @@ def _next_try(spec, state, cycle, cache):
 @inlined_step
 def _accept(spec, state, cycle, cache, request):
     """HIT if the cache answers the request of `cycle` by itself, else MISS, or REFUSED; sends what follows from it."""
-    if cache_model.hits(spec.caches, state.cache, cache, request):
+    place = cache_model.find(spec.caches, state.cache, cache, request)
+    if cache_model.hits(spec.caches, state.cache, cache, request, place):
         if request.kind == WRITEBACK:
             _take_write(state, cycle, request.requester)
         else:
             _answer_hit(state, cycle + spec.caches[cache]["hit_cycles"], cache, request.requester)
         return HIT
-    return _accept_otherwise(spec, state, cycle, cache, request)
+    return _accept_otherwise(spec, state, cycle, cache, request, place)
 
 
 @step
-def _accept_otherwise(spec, state, cycle, cache, request):
+def _accept_otherwise(spec, state, cycle, cache, request, place):
     """The same for a request that is more than a use of a line that is present."""
-    outcome = cache_model.accept(spec.caches, state.cache, cycle, cache, request)
+    outcome = cache_model.accept(spec.caches, state.cache, cycle, cache, request, place)
     if outcome == REFUSED:
         return REFUSED
     is_answered, arrival = False, cycle + spec.caches[cache]["hit_cycles"]
@@ -337,8 +338,8 @@ def play_dram(spec: Machine, state: State, limit):
     """
     dram, run = state.dram, state.run[0]
     core_period, period = spec.core.period_ticks, spec.dram.period_ticks
-    while dram.next_due[0] * period < min(limit, run["pause"]) * core_period:
-        clock, channel = dram.next_due[0], dram.next_due[1]
+    while dram_model.first_clock(dram) * period < min(limit, run["pause"]) * core_period:
+        clock, channel = dram_model.first_clock(dram), dram_model.first_channel(dram)
         last_tick = max(run["cycle"] * core_period, run["last_clock"] * period)
         if limit == NEVER and clock * period > last_tick and dram_model.is_empty(dram):
             break

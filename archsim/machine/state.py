@@ -36,7 +36,7 @@ class Machine(NamedTuple):
 
 _RUN_FIELDS = (  # times in core cycles
     "cycle",  # being played; the last one when the run is over
-    "horizon",  # until the end of this cycle nothing can happen but issues and hits of private caches
+    "horizon",  # until the end of this cycle only the DRAM can act besides issues and hits of private caches
     "next_answer",  # when the first answer on its way arrives
     "next_lookup",  # when the first cache has a request to look up
     "finished",  # tasks

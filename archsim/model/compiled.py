@@ -68,7 +68,7 @@ def num_items(queues, q):
 @inlined_step
 def slot_of(queues, q, position):
     """Slot of the item that has `position` older items before it."""
-    return (position + queues.ends[q]["head"]) & np.int64(queues.ends[q]["mask"])
+    return np.uint32((position + queues.ends[q]["head"]) & np.int64(queues.ends[q]["mask"]))
 
 
 @inlined_step

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
+from archsim.jit import bit_length
+
 NUM_CLASSES = 128  # the last one holds all that is longer
 
 
 def class_of(cycles: int) -> int:
     """Number of the class of a latency; also compiled."""
-    octave, rest = 0, cycles >> 3
-    while rest > 0:
-        rest >>= 1
-        octave += 1
+    octave = bit_length(cycles >> 3)
     return min(4 * octave + (cycles >> octave), NUM_CLASSES - 1)
 
 

@@ -14,6 +14,8 @@ from archsim.model.dram.compiled import (
     NO_REQUESTER,
     DramState,
     answer_cycle,
+    first_channel,
+    first_clock,
     has_room,
     is_empty,
     is_log_half_full,
@@ -98,7 +100,7 @@ def _advance(spec, state, requests, bursts, run, latencies):
         _enter(spec, state, requests, bursts, now)
         if now["first"] == len(requests.addresses) and now["is_last"] == 0:
             return
-        while state.next_due[0] <= now["clock"]:
+        while first_clock(state) <= now["clock"]:
             _wake(spec, state, now, latencies)
         is_served = now["first"] == len(requests.addresses) and is_empty(state)
         if is_served and now["clock"] >= now["last_answer"]:
@@ -129,7 +131,7 @@ def _enter(spec, state, requests, bursts, now):
 @inlined_step
 def _wake(spec, state, now, latencies):
     """Wake the channel that is due."""
-    number = state.next_due[1]
+    number = first_channel(state)
     requester = wake_first(spec, state)
     if requester != NO_REQUESTER:
         answer = answer_cycle(spec, state, number, spec.period_ticks)
@@ -143,7 +145,7 @@ def _wake(spec, state, now, latencies):
 @inlined_step
 def _next_clock(spec, state, requests, now):
     """The next clock in which a channel is due or a request may enter."""
-    clock, first, due = now["clock"], now["first"], state.next_due[0]
+    clock, first, due = now["clock"], now["first"], first_clock(state)
     if first < len(requests.addresses):
         if requests.arrivals[first] > clock:
             due = min(due, requests.arrivals[first])

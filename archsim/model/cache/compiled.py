@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from archsim.jit import bit_length, lowest_bit
 from archsim.model.cache import compiled_clear
 from archsim.model.cache.compiled_state import (
     CLEAR,
@@ -22,7 +23,7 @@ from archsim.model.cache.compiled_state import (
     WRITEBACK,
 )
 from archsim.model.cache.replacement import INVALID, NO_WAY, use, victim
-from archsim.model.cache.spec import DRAM_PARENT, MAX_SECTORS
+from archsim.model.cache.spec import DRAM_PARENT
 from archsim.model.causes import AtCache
 from archsim.model.compiled import inlined_step, step
 
@@ -54,56 +55,55 @@ def _use(spec, state, cache, request, place, outcome):
     row, number = place
     state.accepted[cache, request.kind, outcome] += 1
     state.caches[cache]["num_lookups"] += 1
-    state.last_way[row] = number
     use(spec, state.ways[row, number], state.caches[cache]["num_lookups"])
 
 
 @inlined_step
-def hits(spec, state, cache, request):
-    """Whether the line is all present and the request no more than a use of it; if so, it is accepted."""
-    if spec[cache]["slow_kinds"] >> request.kind & 1:
-        return False
+def find(spec, state, cache, request):
+    """Set and way of the request's line; NO_WAY if neither it nor a part of it is here or on its way."""
     line = request.address >> spec[cache]["line_shift"]
     row = _row_of(spec[cache], line)
-    if state.tags[row, state.last_way[row]] == line:
-        _hit(spec[cache], state, cache, request, (row, state.last_way[row]))
-        return True
-    for way in range(spec[cache]["num_ways"]):
-        if state.tags[row, way] == line:
-            _hit(spec[cache], state, cache, request, (row, way))
-            return True
-    return False
+    found = NO_WAY
+    for number in range(spec[cache]["num_ways"]):
+        tag = state.tags[row, number]
+        found = number if (tag == line) | (tag == ~line) else found
+    return row, found
 
 
 @inlined_step
-def _hit(spec, state, cache, request, place):
-    _use(spec, state, cache, request, place, HIT)
+def hits(spec, state, cache, request, place):
+    """Whether the line, at this place, is all present and the request no more than a use of it: then it is accepted."""
+    line = request.address >> spec[cache]["line_shift"]
+    if place[1] == NO_WAY or spec[cache]["slow_kinds"] >> request.kind & 1:
+        return False
+    place = place[0], np.uint32(place[1])
+    if state.tags[place] != line:
+        return False
+    _use(spec[cache], state, cache, request, place, HIT)
     if request.kind != READ:
-        state.ways[place]["dirty"] |= _touched(spec, request.address, request.bytes)
+        state.ways[place]["dirty"] |= _touched(spec[cache], request.address, request.bytes)
+    return True
 
 
 @step
-def accept(spec, state, cycle, cache, request):
-    """What any request meets in `cycle`. `fetch`, `victim` and `passes_on` of the cache say what to send."""
+def accept(spec, state, cycle, cache, request, place):
+    """What any request, whose line is at this place, meets in `cycle`.
+
+    `fetch`, `victim` and `passes_on` of the cache say what to send.
+    """
     one, owner = spec[cache], state.caches[cache]
     owner["fetch"], owner["victim"], owner["passes_on"] = NO_MSHR, NO_LINE, 0
     if request.kind == CLEAR:
         _clear(one, state, cache, request)
         return CLEARED
 
-    line = request.address >> one["line_shift"]
-    row = _row_of(one, line)
     touched = _touched(one, request.address, request.bytes)
-    found = NO_WAY
-    for number in range(one["num_ways"]):
-        tag = state.tags[row, number]
-        found = number if (tag == line) | (tag == ~line) else found
-    if found != NO_WAY:
-        way = state.ways[row, found]
+    if place[1] != NO_WAY:
+        way = state.ways[place]
         missing = touched & ~np.int64(way["present"])
         if missing == 0 or missing & way["coming"] != 0:
-            return _meet(one, state, cycle, cache, request, (row, found), missing)
-    return _miss(spec, state, cycle, cache, request, (row, found))
+            return _meet(one, state, cycle, cache, request, place, missing)
+    return _miss(spec, state, cycle, cache, request, place)
 
 
 @inlined_step
@@ -111,7 +111,7 @@ def _meet(spec, state, cycle, cache, request, place, missing):
     """HIT if nothing is missing; MERGE if one fetch brings all that is, and a target is free; else REFUSED."""
     owner, mshr = state.caches[cache], np.int64(NO_MSHR)
     if missing != 0:
-        mshr = np.int64(state.fetching[place[0], place[1], _lowest(missing & state.ways[place]["coming"])])
+        mshr = np.int64(state.fetching[place[0], place[1], lowest_bit(missing & state.ways[place]["coming"])])
         is_full = state.mshrs[cache, mshr]["num_waiting"] == spec["num_targets"] and request.kind != WRITEBACK
         if is_full or missing & ~np.int64(state.mshrs[cache, mshr]["sectors"]) != 0:
             return _refuse(owner, _TARGET)
@@ -325,21 +325,7 @@ def _clear(spec, state, cache, request):
 
 
 @inlined_step
-def _lowest(bits):
-    """Number of the lowest bit that is set."""
-    number = 0
-    while bits >> number & 1 == 0:
-        number += 1
-    return number
-
-
-@inlined_step
 def highest_run(bits):
     """The highest run of bits that are set: the number of the first one, and of the first one behind it."""
-    end = MAX_SECTORS
-    while bits >> (end - 1) & 1 == 0:
-        end -= 1
-    first = end
-    while first > 0 and bits >> (first - 1) & 1 != 0:
-        first -= 1
-    return first, end
+    end = bit_length(bits)
+    return bit_length(~bits & ((1 << end) - 1)), end

@@ -109,7 +109,6 @@ class CacheState(NamedTuple):
         np.ndarray
     )  # [R, A] line number if all of the line is present, else its complement; INVALID without a line
     ways: np.ndarray  # WAY [R, A]
-    last_way: np.ndarray  # uint32 [R] way of the set that was used last
     fetching: np.ndarray  # uint32 [R, A, S] MSHR of a sector on its way
     mshrs: np.ndarray  # MSHR [K, M]
     targets: np.ndarray  # [K, M, T] requesters that wait for the fetch
@@ -189,7 +188,6 @@ def new_caches(
         caches=owners,
         tags=np.full((num_sets, num_ways), INVALID),
         ways=np.zeros((num_sets, num_ways), WAY),
-        last_way=np.zeros(num_sets, np.uint32),
         fetching=np.zeros((num_sets, num_ways, num_sectors), np.uint32),
         mshrs=mshrs,
         targets=np.zeros((num_caches, num_mshrs, num_targets), np.int64),

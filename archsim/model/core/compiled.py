@@ -49,7 +49,7 @@ _CORE_INDICES = (
 )
 _CORE_FIELDS = (
     "turn",  # number of the turn that the last issue belonged to
-    "first",  # of `turns` of its threads
+    "first",  # of `turns` of its threads, but for the one that is doing its operation
     "first_slot",  # cycle of that operation, or NEVER
     "next_slot",  # first cycle whose slot is not accounted for: it is still to come, or nobody has been ready since
     "played_to",  # cycle in which the core was last looked at
@@ -71,6 +71,7 @@ class CoreState(NamedTuple):
     )  # [N] turn in which the thread, if it is ready, does its operation, and its place; or PARKED
     cores: np.ndarray  # CORE [C]
     due: np.ndarray  # [C] core cycle in which a thread wakes or does its operation, or NEVER
+    next_due: np.ndarray  # [1] the first of them, when all cores have been looked at
     ready: np.ndarray  # [W] set of threads that can issue
     woken: np.ndarray  # [W] set of threads whose wait ends in this cycle
     wake: np.ndarray  # [S, W] sets of those whose wait ends in the next core cycle that is `slot` modulo S
@@ -109,6 +110,7 @@ def new_cores(spec: CoreSpec, num_reasons: int, longest_wake_cycles: int) -> Cor
         turns=place.astype(np.int64),
         cores=cores,
         due=np.zeros(spec.num_cores, np.int64),
+        next_due=np.zeros(1, np.int64),
         ready=ready,
         woken=np.zeros(num_words, np.int64),
         wake=np.zeros((num_slots, num_words), np.int64),
@@ -134,8 +136,8 @@ def first_ready(state, core, place):
 @step
 def _in_later_word(ready, owner, word, threads):
     """The first word from this one on in which there are threads, and they; these are those of this word."""
-    end = owner["first_word"] + owner["num_words"]
-    while threads == 0 and word + 1 < end:
+    end = np.int64(owner["first_word"]) + np.int64(owner["num_words"])
+    while threads == 0 and np.int64(word) + 1 < end:
         word = np.uint32(word + 1)
         threads = ready[word]
     return word, threads

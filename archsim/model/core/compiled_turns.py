@@ -103,7 +103,27 @@ def next_in_turn(state, core):
 def go_on(state, number, turn):
     """The thread, at `turn`, goes on with the record that it has read."""
     thread = state.threads[number]
+    owner = state.cores[thread["core"]]
     state.turns[number] = ((turn + thread["compute"]) << PLACE_BITS) + np.int64(thread["place"])
+    owner["first"] = min(owner["first"], state.turns[number])
+
+
+@inlined_step
+def leave(state, core, number):
+    """The thread, which comes to its operation first, is about to do it: the first one is among the others now.
+
+    What was just written is slow to read again, so they are looked through before, not after.
+    """
+    owner, first = state.cores[core], PARKED
+    for other in range(owner["first_thread"], owner["first_thread"] + owner["num_threads"]):
+        first = min(first, PARKED if other == number else state.turns[other])
+    owner["first"] = first
+
+
+@inlined_step
+def come_back(state, core, number):
+    """The thread has not done its operation after all."""
+    state.cores[core]["first"] = min(state.cores[core]["first"], state.turns[number])
 
 
 @inlined_step
@@ -126,10 +146,8 @@ def use_slot(state, cycle, core, place, turn):
 @inlined_step
 def plan(state, core):
     """Find out when the core is due next."""
-    owner, first = state.cores[core], PARKED
-    for number in range(owner["first_thread"], owner["first_thread"] + owner["num_threads"]):
-        first = min(first, state.turns[number])
-    owner["first"], owner["first_slot"] = first, NEVER
+    owner = state.cores[core]
+    first, owner["first_slot"] = owner["first"], NEVER
     if first != PARKED:
         before = num_ready_before(state, core, first & _PLACE) - np.int64(owner["num_passed"])
         slots = before + ((first >> PLACE_BITS) - owner["turn"]) * np.int64(owner["num_ready"])
@@ -139,7 +157,7 @@ def plan(state, core):
 
 @inlined_step
 def park(state, number):
-    """The thread is no longer ready."""
+    """The thread, which has left, is no longer ready."""
     thread = state.threads[number]
     owner = state.cores[thread["core"]]
     state.ready[thread["word"]] &= ~thread["bit"]
@@ -166,7 +184,7 @@ def wake_now(state, cycle, number):
     thread = state.threads[number]
     state.woken[thread["word"]] |= thread["bit"]
     state.cores[thread["core"]]["next_wake"] = cycle
-    state.due[thread["core"]] = cycle
+    _be_due(state, thread["core"], cycle)
 
 
 @inlined_step
@@ -180,7 +198,14 @@ def wake_at(state, cycle, number):
         state.wake[np.uint32(cycle & (len(state.wake) - 1)), thread["word"]] |= thread["bit"]
         owner["num_waking"] += 1
         owner["next_wake"] = min(owner["next_wake"], cycle)
-    state.due[thread["core"]] = min(state.due[thread["core"]], cycle)
+    _be_due(state, thread["core"], cycle)
+
+
+@inlined_step
+def _be_due(state, core, cycle):
+    """The core is due in `cycle` at the latest."""
+    state.due[core] = min(state.due[core], cycle)
+    state.next_due[0] = min(state.next_due[0], cycle)
 
 
 @inlined_step

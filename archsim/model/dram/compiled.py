@@ -5,18 +5,23 @@ A channel is woken only at memory clocks at which something can happen. Waking i
 
 from __future__ import annotations
 
+import numpy as np
+
 from archsim.model.compiled import NEVER, drop_oldest, inlined_step, insert, num_items, oldest, step
 from archsim.model.dram.commands import CommandSink
 from archsim.model.dram.compiled_commands import activate, column, field_of, precharge, refresh
 from archsim.model.dram.compiled_plan import drains, plan
 from archsim.model.dram.compiled_state import (
+    CHANNEL_BITS,
     CLOSED,
     COLUMN,
     NO_REQUESTER,
+    NOT_DUE,
     PLAN_AGAIN,
     REFRESH,
     ROW,
     DramState,
+    due_at,
     new_dram,
     recording,
 )
@@ -28,6 +33,8 @@ __all__ = [
     "NO_REQUESTER",
     "DramState",
     "answer_cycle",
+    "first_channel",
+    "first_clock",
     "has_room",
     "is_empty",
     "is_log_half_full",
@@ -40,7 +47,7 @@ __all__ = [
 ]
 
 _IDEAL = int(Scheduler.IDEAL)
-_CHANNEL_BITS = 12  # of a clock and a channel in one integer; a configuration has at most 4,096
+_due_at = inlined_step(due_at)
 
 
 @inlined_step
@@ -52,7 +59,7 @@ def ring_of_request(spec, address, is_write):
 @inlined_step
 def send(spec, state, arrival_ticks, address, rank, is_write):
     """Queue a request that arrives at `arrival_ticks`; returns it, for the sender to give its bursts and requester."""
-    number = field_of(address, spec.channel)
+    number = np.uint32(field_of(address, spec.channel))
     ring = ring_of(spec, number, is_write)
     slot = insert(state.queue, ring, arrival_ticks, rank)
     request = state.queue.items[ring, slot]
@@ -61,10 +68,7 @@ def send(spec, state, arrival_ticks, address, rank, is_write):
     request["clock"] = (arrival_ticks + spec.period_ticks - 1) // spec.period_ticks
     request["order"] = state.channels[number]["sent"]
     state.channels[number]["sent"] += 1
-    state.due[number] = min(state.due[number], request["clock"])
-    if state.due[number] < state.next_due[0]:
-        state.next_due[0] = state.due[number]
-        state.next_due[1] = number
+    _wake_by(state, number, request["clock"])
     return request
 
 
@@ -83,7 +87,7 @@ def is_empty(state):
 @inlined_step
 def has_room(spec, state, address, is_write):
     """Whether a request that came now would enter its window at once."""
-    number = field_of(address, spec.channel)
+    number = np.uint32(field_of(address, spec.channel))
     ring = ring_of(spec, number, is_write)
     size = spec.num_queue_entries if ring == number else spec.num_write_entries
     return num_in_window(spec, state.channels[number], is_write) + num_items(state.queue, ring) < size
@@ -104,29 +108,64 @@ def take_log(state: DramState, sink: CommandSink) -> None:
 
 
 @inlined_step
+def first_clock(state):
+    """The first clock at which a channel is due."""
+    return state.first[0] >> CHANNEL_BITS
+
+
+@inlined_step
+def first_channel(state):
+    """The channel that is due then; the first of several."""
+    return np.uint32(state.first[0] & ((1 << CHANNEL_BITS) - 1))
+
+
+@inlined_step
 def wake_first(spec, state):
-    """Play the clock `next_due` of the channel that is due; returns who is answered, or NO_REQUESTER."""
-    clock, number = state.next_due[0], state.next_due[1]
+    """Play the first clock at which a channel is due, on that one; returns who is answered, or NO_REQUESTER."""
+    clock, number = first_clock(state), first_channel(state)
+    other = NOT_DUE
+    for channel in range(
+        len(state.due)
+    ):  # before anything changes: what was just written is slow to read again
+        other = min(other, state.due[channel])
     if spec.scheduler == _IDEAL:
-        requester = _serve_first(spec, state, clock, number)
+        requester, clock = _serve_first(spec, state, clock, number)
     else:
-        requester = _wake(spec, state, clock, number)
-    _find_next_due(state)
+        requester, clock = _wake(spec, state, clock, number)
+    own = _due_at(clock, number)
+    state.first[0] = min(own, other)
+    if other < own:
+        state.due[number] = own
+        state.due[first_channel(state)] = NOT_DUE
     return requester
 
 
 @inlined_step
+def _wake_by(state, number, clock):
+    """The channel is to be woken in `clock` at the latest."""
+    due, first, channel = _due_at(clock, number), state.first[0], first_channel(state)
+    if number != channel and due > first:
+        state.due[number] = min(state.due[number], due)
+    elif due < first:
+        state.due[channel] = first
+        state.due[number] = NOT_DUE
+        state.first[0] = due
+
+
+@inlined_step
 def _wake(spec, state, clock, number):
-    """Play `clock`: entries, then the command that is planned. Stops at a read answered without a command."""
+    """Play `clock`: entries, then the command that is planned. Stops at a read answered without a command.
+
+    Returns who is answered, or NO_REQUESTER, and the clock at which the channel must be woken next.
+    """
     channel = state.channels[number]
     if spec.num_write_entries > 0 and clock > channel["last_wake"] + 1:
         channel["is_draining"] = drains(spec, channel)  # as it was decided in the clocks between
     channel["last_wake"] = clock
     requester = enter(spec, state, clock, number)
     if requester != NO_REQUESTER:
-        channel["plan"] = PLAN_AGAIN
-        channel["plan_due"] = state.due[number] = clock
-        return requester
+        channel["plan"], channel["plan_due"] = PLAN_AGAIN, clock
+        return requester, clock
 
     if spec.num_write_entries > 0:
         channel["is_draining"] = drains(spec, channel)
@@ -139,8 +178,7 @@ def _wake(spec, state, clock, number):
         entry = next_entry(spec, state, number)
         if entry > clock + 1:  # or else then is the time to plan
             plan(spec, state, clock + 1, number)
-    state.due[number] = min(channel["plan_due"], max(clock + 1, entry))
-    return requester
+    return requester, min(channel["plan_due"], max(clock + 1, entry))
 
 
 @inlined_step
@@ -161,7 +199,7 @@ def _carry_out(spec, state, clock, number):
 
 @step
 def _serve_first(spec, state, clock, number):
-    """IDEAL: serve the oldest request, as if its row were open; returns who is answered."""
+    """IDEAL: serve the oldest request, as if its row were open; returns the same as `_wake`."""
     channel, requester = state.channels[number], NO_REQUESTER
     if num_items(state.queue, number) > 0 and oldest(state.queue, number)["clock"] <= clock:
         request = oldest(state.queue, number)
@@ -178,19 +216,9 @@ def _serve_first(spec, state, clock, number):
             channel["reads"] += 1
             channel["read_bus_clocks"] += spec.timing.n_cl
         drop_oldest(state.queue, number)
-    state.due[number] = NEVER
-    if num_items(state.queue, number) > 0:
-        state.due[number] = max(clock, oldest(state.queue, number)["clock"])
-    return requester
-
-
-@inlined_step
-def _find_next_due(state):
-    """Find out which channel is due first; of several the first: the least of clock, then channel, in one integer."""
-    first = NEVER << _CHANNEL_BITS
-    for number in range(len(state.due)):
-        first = min(first, (state.due[number] << _CHANNEL_BITS) + number)
-    state.next_due[0], state.next_due[1] = first >> _CHANNEL_BITS, first & ((1 << _CHANNEL_BITS) - 1)
+    if num_items(state.queue, number) == 0:
+        return requester, NEVER
+    return requester, max(clock, oldest(state.queue, number)["clock"])
 
 
 @inlined_step

@@ -9,6 +9,7 @@ from archsim.model.dram.commands import Command
 from archsim.model.dram.compiled_state import (
     BANK_BITS,
     CLOSED,
+    KEY_SHIFT,
     NO_KEY,
     NO_REQUESTER,
     NO_WISH,
@@ -34,38 +35,56 @@ def field_of(address, field):
 
 
 @inlined_step
+def place_of(state, told, bank_number):
+    """Where the bank's bound and wish for what it may be told are among its channel's."""
+    return np.uint32(told * state.banks.shape[1] + np.int64(bank_number))
+
+
+@inlined_step
 def raise_to(bounds, place, clock):
     """A bound that is a running maximum."""
     bounds[place] = max(bounds[place], clock)
 
 
 @inlined_step
+def _keep_from_act(state, number, bank_number, clock):
+    """The bank itself is not ready for an ACT before `clock`."""
+    raise_to(state.banks[number, bank_number], "act_ready", clock)
+    raise_to(state.bounds[number], place_of(state, TO_ACT, bank_number), clock)
+
+
+@inlined_step
+def _raise_all(state, number, told, clock):
+    """No bank of the channel may be told so before `clock`."""
+    first = place_of(state, told, 0)
+    for place in range(first, first + state.banks.shape[1]):
+        state.bounds[number, place] = max(state.bounds[number, place], clock)
+
+
+@inlined_step
 def note_wishes(state, number, bank_number):
     """Find out which requests come first for what the bank may be told: hits, or else the row of the oldest."""
-    kinds, wishes, lists = (
-        state.channels[number]["kinds"],
-        state.wishes[number],
-        state.lists[number, bank_number],
-    )
+    kinds, wishes = state.channels[number]["kinds"], state.wishes[number]
+    lists = state.lists[number, bank_number]
     read_hit, read_first = lists[READS]["hit_key"], lists[READS]["first_key"]
     write_hit, write_first = lists[WRITES]["hit_key"], lists[WRITES]["first_key"]
     if kinds >> READS & 1 == 0:
         read_hit = read_first = NO_KEY
     if kinds >> WRITES & 1 == 0:
         write_hit = write_first = NO_KEY
-    first, hit = min(read_first, write_first), min(read_hit, write_hit)
-    row = _wish(first, bank_number) | ROW_BIT if hit == NO_KEY and first != NO_KEY else NO_WISH
+    row = min(_wish(read_first, READS, bank_number), _wish(write_first, WRITES, bank_number))
+    row = row | ROW_BIT if min(read_hit, write_hit) == NO_KEY and row != NO_WISH else NO_WISH
     is_closed = state.banks[number, bank_number]["open_row"] == CLOSED
-    wishes[TO_READ, bank_number] = _wish(read_hit, bank_number)
-    wishes[TO_WRITE, bank_number] = _wish(write_hit, bank_number)
-    wishes[TO_ACT, bank_number] = row if is_closed else NO_WISH
-    wishes[TO_PRE, bank_number] = NO_WISH if is_closed else row
+    wishes[place_of(state, TO_READ, bank_number)] = _wish(read_hit, READS, bank_number)
+    wishes[place_of(state, TO_WRITE, bank_number)] = _wish(write_hit, WRITES, bank_number)
+    wishes[place_of(state, TO_ACT, bank_number)] = row if is_closed else NO_WISH
+    wishes[place_of(state, TO_PRE, bank_number)] = NO_WISH if is_closed else row
 
 
 @inlined_step
-def _wish(key, bank_number):
+def _wish(key, kind, bank_number):
     """The wish of the request with this key."""
-    return NO_WISH if key == NO_KEY else key << BANK_BITS | np.int64(bank_number)
+    return NO_WISH if key == NO_KEY else key << KEY_SHIFT | kind << BANK_BITS | np.int64(bank_number)
 
 
 @inlined_step
@@ -74,17 +93,17 @@ def activate(spec, state, clock, number, bank_number, row):
     timing, channel, bank = spec.timing, state.channels[number], state.banks[number, bank_number]
     channel["activates"] += 1
     bank["open_row"], bank["last_use"], bank["opened"] = row, clock, clock
-    bounds, bus = state.bounds[number], state.bus[number]
-    raise_to(bounds, (TO_READ, bank_number), clock + timing.n_rcd_read)
-    raise_to(bounds, (TO_WRITE, bank_number), clock + timing.n_rcd_write)
-    raise_to(bounds, (TO_PRE, bank_number), clock + timing.n_ras)
-    raise_to(bounds, (TO_ACT, bank_number), clock + timing.n_rc)
-    raise_to(bus, TO_ACT, clock + timing.n_rrd)
+    bounds, next_act = state.bounds[number], clock + timing.n_rrd
+    raise_to(bounds, place_of(state, TO_READ, bank_number), clock + timing.n_rcd_read)
+    raise_to(bounds, place_of(state, TO_WRITE, bank_number), clock + timing.n_rcd_write)
+    raise_to(bounds, place_of(state, TO_PRE, bank_number), clock + timing.n_ras)
+    _keep_from_act(state, number, bank_number, clock + timing.n_rc)
     if spec.num_groups > 1:
         for other in range(bank_number % spec.num_groups, spec.num_banks, spec.num_groups):
-            raise_to(bounds, (TO_ACT, other), clock + timing.n_rrd_l)
+            _keep_from_act(state, number, other, clock + timing.n_rrd_l)
     if timing.n_faw > 0:
-        raise_to(bus, TO_ACT, _first_of_window(state.activates[number], clock) + timing.n_faw)
+        next_act = max(next_act, _first_of_window(state.activates[number], clock) + timing.n_faw)
+    _raise_all(state, number, TO_ACT, next_act)
 
     for kind in range(2):
         requests = state.lists[number, bank_number, kind]
@@ -131,7 +150,7 @@ def _close(spec, state, clock, number, bank_number):
     """Close a bank in `clock`: nobody's row is open then."""
     bank = state.banks[number, bank_number]
     bank["open_row"], bank["closed"] = CLOSED, clock
-    raise_to(state.bounds[number], (TO_ACT, bank_number), clock + spec.timing.n_rp)
+    _keep_from_act(state, number, bank_number, clock + spec.timing.n_rp)
     for kind in range(2):
         _set_hit(state, number, state.lists[number, bank_number, kind], NOBODY)
     note_wishes(state, number, bank_number)
@@ -142,10 +161,10 @@ def refresh_due(state, number):
     """The clock in which the next step of a refresh may be done: PRE of all open banks, or REF."""
     is_open, pre_due, act_due = False, 0, 0
     for bank_number in range(state.banks.shape[1]):
-        act_due = max(act_due, state.bounds[number, TO_ACT, bank_number])
+        act_due = max(act_due, state.banks[number, bank_number]["act_ready"])
         if state.banks[number, bank_number]["open_row"] != CLOSED:
             is_open = True
-            pre_due = max(pre_due, state.bounds[number, TO_PRE, bank_number])
+            pre_due = max(pre_due, state.bounds[number, place_of(state, TO_PRE, bank_number)])
     return pre_due if is_open else act_due
 
 
@@ -166,7 +185,7 @@ def refresh(spec, state, clock, number):
     channel["refresh_began"], channel["refresh_ended"] = channel["next_refresh"], clock + spec.timing.n_rfc
     channel["next_refresh"] += spec.timing.n_refi
     for bank_number in range(spec.num_banks):
-        raise_to(state.bounds[number], (TO_ACT, bank_number), clock + spec.timing.n_rfc)
+        _keep_from_act(state, number, bank_number, clock + spec.timing.n_rfc)
     log(state, clock, number, _REF, 0, 0, 0, 0)
 
 
@@ -185,14 +204,13 @@ def column(spec, state, clock, number, slot):
     """RD or WR of all bursts of the request from `clock` on; it leaves its window. Returns who is answered."""
     timing, channel, request = spec.timing, state.channels[number], state.waiting[number, slot]
     bank, is_write, bursts = state.banks[number, request["bank"]], request["is_write"], request["bursts"]
-    bounds, bus = state.bounds[number], state.bus[number]
+    bounds = state.bounds[number]
     last = clock + (bursts - 1) * timing.n_ccd_l
     find_wait(spec, state, number, slot, clock)
     channel["waited_clocks"] += clock - request["clock"]
     channel["last_burst"] = bank["last_use"] = last
     channel["data_clocks"] += bursts * (spec.burst_beats // spec.clock_beats)
-    raise_to(bus, TO_READ, last + timing.n_ccd)
-    raise_to(bus, TO_WRITE, last + timing.n_ccd)
+    next_read = next_write = last + timing.n_ccd
     read_in_group = last + timing.n_ccd_l
     if is_write != 0:
         written = last + timing.n_wl + spec.burst_beats // spec.clock_beats
@@ -200,8 +218,8 @@ def column(spec, state, clock, number, slot):
         raise_to(channel, "data_end", written)
         channel["writes"] += 1
         channel["data_beats"] = (last + timing.n_wl) * spec.clock_beats + spec.burst_beats - 1
-        raise_to(bus, TO_READ, written + timing.n_wtr)
-        raise_to(bounds, (TO_PRE, request["bank"]), written + timing.n_wr)
+        next_read = max(next_read, written + timing.n_wtr)
+        raise_to(bounds, place_of(state, TO_PRE, request["bank"]), written + timing.n_wr)
         read_in_group = max(read_in_group, written + timing.n_wtr_l)
     else:
         channel["reads"] += 1
@@ -209,12 +227,14 @@ def column(spec, state, clock, number, slot):
         channel["last_read"] = last
         channel["data_beats"] = (last + timing.n_cl) * spec.clock_beats + spec.burst_beats - 1
         raise_to(channel, "data_end", last + timing.n_cl + spec.burst_beats // spec.clock_beats)
-        raise_to(bus, TO_WRITE, last + timing.n_rtw)
-        raise_to(bounds, (TO_PRE, request["bank"]), last + timing.n_rtp)
+        next_write = max(next_write, last + timing.n_rtw)
+        raise_to(bounds, place_of(state, TO_PRE, request["bank"]), last + timing.n_rtp)
+    _raise_all(state, number, TO_READ, next_read)
+    _raise_all(state, number, TO_WRITE, next_write)
     if spec.num_groups > 1:
         for other in range(request["bank"] % spec.num_groups, spec.num_banks, spec.num_groups):
-            raise_to(bounds, (TO_READ, other), read_in_group)
-            raise_to(bounds, (TO_WRITE, other), last + timing.n_ccd_l)
+            raise_to(bounds, place_of(state, TO_READ, other), read_in_group)
+            raise_to(bounds, place_of(state, TO_WRITE, other), last + timing.n_ccd_l)
 
     if len(state.log) > 0:
         column_number = _column_of(spec, request["address"])

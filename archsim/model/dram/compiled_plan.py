@@ -7,7 +7,7 @@ first is planned; of several, column commands come before row commands, and olde
 from __future__ import annotations
 
 from archsim.model.compiled import NEVER, inlined_step, step
-from archsim.model.dram.compiled_commands import note_wishes, refresh_due
+from archsim.model.dram.compiled_commands import note_wishes, place_of, refresh_due
 from archsim.model.dram.compiled_state import (
     BANK_BITS,
     CLOSE,
@@ -23,14 +23,13 @@ from archsim.model.dram.compiled_state import (
     ROW_BIT,
     TO_ACT,
     TO_PRE,
-    TO_WRITE,
     WRITES,
 )
 from archsim.model.dram.spec import PagePolicy, Scheduler
 
 _OPEN_PAGE, _TIMEOUT, _FCFS = int(PagePolicy.OPEN), int(PagePolicy.TIMEOUT), int(Scheduler.FCFS)
 _WAIT_SHIFT = 50  # of a candidate: what may issue first comes first
-_FAR = 1 << 12  # clocks; whoever must wait longer is looked at again then
+_FAR = (1 << 12) - 1  # clocks; whoever must wait longer is looked at again then
 
 
 @inlined_step
@@ -171,15 +170,14 @@ def _of_one(state, clock, number, slot):
 @inlined_step
 def _column_due(state, number, bank, kind):
     """The first clock for the RD or WR of the open row."""
-    return max(state.bounds[number, kind, bank], state.bus[number, kind])
+    return state.bounds[number, place_of(state, kind, bank)]
 
 
 @inlined_step
 def _row_due(state, number, bank):
     """The first clock for the ACT of a closed bank, or the PRE of an open one."""
-    if state.banks[number, bank]["open_row"] == CLOSED:
-        return max(state.bounds[number, TO_ACT, bank], state.bus[number, TO_ACT])
-    return state.bounds[number, TO_PRE, bank]
+    told = TO_ACT if state.banks[number, bank]["open_row"] == CLOSED else TO_PRE
+    return state.bounds[number, place_of(state, told, bank)]
 
 
 @inlined_step
@@ -189,28 +187,19 @@ def _of_all(state, clock, number):
     A candidate is one integer, so that finding the first one needs no branches: waiting clocks, then the wish.
     """
     channel, best = state.channels[number], NO_WISH
-    for told in range(TO_PRE + 1):
-        if told != TO_WRITE or channel["num_writes"] > 0:
-            earliest = max(state.bus[number, told], clock)
-            for bank_number in range(state.bounds.shape[2]):
-                wait = min(max(state.bounds[number, told, bank_number], earliest) - clock, _FAR)
-                best = min(best, (wait << _WAIT_SHIFT) + state.wishes[number, told, bank_number])
+    for place in range(state.bounds.shape[1]):
+        wait = min(max(state.bounds[number, place], clock) - clock, _FAR)
+        best = min(best, (wait << _WAIT_SHIFT) + state.wishes[number, place])
     if best == NO_WISH:
         return PLAN_AGAIN, NEVER
 
-    command, wait = ROW if best & ROW_BIT else COLUMN, best >> _WAIT_SHIFT
-    bank, key = best & ((1 << BANK_BITS) - 1), (best & (ROW_BIT - 1)) >> BANK_BITS
+    is_row, wait = best & ROW_BIT, best >> _WAIT_SHIFT
+    bank, kind = best & ((1 << BANK_BITS) - 1), best >> BANK_BITS & 1
+    requests = state.lists[number, bank, kind]
+    first, hit = requests["first"], requests["hit"]
     channel["plan_bank"] = bank
-    channel["plan_slot"] = _slot_of(state.lists[number, bank], command, key)
-    return (PLAN_AGAIN if wait == _FAR else command), clock + wait
-
-
-@inlined_step
-def _slot_of(lists, command, key):
-    """The request of a bank with this key, which is the first of its list, or the first hit."""
-    if command == ROW:
-        return lists[READS]["first"] if lists[READS]["first_key"] == key else lists[WRITES]["first"]
-    return lists[READS]["hit"] if lists[READS]["hit_key"] == key else lists[WRITES]["hit"]
+    channel["plan_slot"] = first if is_row else hit
+    return PLAN_AGAIN if wait == _FAR else ROW if is_row else COLUMN, clock + wait
 
 
 @step
@@ -220,7 +209,7 @@ def _or_close(spec, state, clock, number, only, kinds, planned):
     command, best_due = planned
     for bank_number in range(state.banks.shape[1]):
         bank = state.banks[number, bank_number]
-        pre_due = max(clock, state.bounds[number, TO_PRE, bank_number])
+        pre_due = max(clock, state.bounds[number, place_of(state, TO_PRE, bank_number)])
         due = max(pre_due, bank["last_use"] + idle_clocks)
         is_open = bank["open_row"] != CLOSED
         if is_open and due < best_due and not _is_wanted(state, number, bank_number, only, kinds):

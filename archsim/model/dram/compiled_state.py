@@ -13,9 +13,12 @@ from archsim.model.dram.spec import DramSpec
 CLOSED = -1  # no row is open
 NOBODY = 0  # the slot of no request
 NO_KEY = 1 << 62  # its key; the key of others is the number with which they entered
-BANK_BITS = (
-    12  # of a wish: bank, then key (2**37 requests of a channel), then ROW_BIT; the least wish goes first
-)
+CHANNEL_BITS = 12  # of a clock and a channel in one integer; there are at most 4,096 channels
+NOT_DUE = NEVER << CHANNEL_BITS
+# A wish, the least of which goes first, is from its lowest bit on: bank, whether of a write, key, ROW_BIT. A channel
+# has at most 4,096 banks and serves at most 2**36 requests.
+BANK_BITS = 12
+KEY_SHIFT = BANK_BITS + 1
 ROW_BIT = 1 << 49  # it needs an ACT or PRE first
 NO_WISH = 1 << 62
 NO_REQUESTER = 0  # who wants an answer has a number below 0
@@ -35,6 +38,7 @@ _BANK_FIELDS = (
     "last_use",  # clock of the last ACT or column command
     "opened",  # clock of the last ACT
     "closed",  # clock of the last PRE
+    "act_ready",  # first clock for an ACT as far as it depends on the bank, or its group: a REF waits for that, too
 )
 _CHANNEL_FIELDS = (
     "last_burst",  # column command of the last request's last burst
@@ -97,18 +101,22 @@ class DramState(NamedTuple):
     waiting: np.ndarray  # WAITING [H, 1 + window entries] slots, the first unused
     lists: np.ndarray  # LIST [H, B, 2] waiting READS and WRITES of a bank
     banks: np.ndarray  # BANK [H, B]
-    bounds: np.ndarray  # [H, 4, B] earliest clock of what each bank may be told: RD, WR, ACT, PRE
-    bus: np.ndarray  # [H, 4] the same for all banks of a channel
+    bounds: np.ndarray  # [H, 4 B] earliest clock of what each bank may be told: RD of all banks, WR, ACT, PRE
     wishes: (
         np.ndarray
-    )  # [H, 4, B] the first request considered that wants it now, or NO_WISH; see `note_wishes`
+    )  # [H, 4 B] the first request considered that wants it now, or NO_WISH; see `note_wishes`
     activates: np.ndarray  # [H, 4] clocks of the last four ACT, the oldest first
     channels: np.ndarray  # CHANNEL [H]
     waits: np.ndarray  # REQUEST_WAIT [H] of the request that was answered last
-    due: np.ndarray  # [H] next clock at which the channel must be woken
-    next_due: np.ndarray  # [2] the first of them and its channel
+    first: np.ndarray  # [1] the first clock at which a channel must be woken, and which: see `due_at`
+    due: np.ndarray  # [H] the same for each channel; NOT_DUE for the first one
     log: np.ndarray  # COMMAND [L] commands recorded; L = 0: none are
     log_size: np.ndarray  # [2] number of them, and of those for which there was no room
+
+
+def due_at(clock, number):
+    """A clock and a channel in one integer: earlier clocks come first, then channels of lower numbers."""
+    return (clock << CHANNEL_BITS) + number
 
 
 def recording(state: DramState) -> DramState:
@@ -140,14 +148,13 @@ def new_dram(spec: DramSpec, queue_capacity: int) -> DramState:
         waiting=waiting,
         lists=lists,
         banks=banks,
-        bounds=np.zeros((spec.num_channels, 4, spec.num_banks), np.int64),
-        bus=np.zeros((spec.num_channels, 4), np.int64),
-        wishes=np.full((spec.num_channels, 4, spec.num_banks), NO_WISH),
+        bounds=np.zeros((spec.num_channels, 4 * spec.num_banks), np.int64),
+        wishes=np.full((spec.num_channels, 4 * spec.num_banks), NO_WISH),
         activates=np.full((spec.num_channels, ACTIVATES_OF_WINDOW), LONG_AGO, np.int64),
         channels=channels,
         waits=np.zeros(spec.num_channels, REQUEST_WAIT),
-        due=np.full(spec.num_channels, refresh),
-        next_due=np.array([refresh, 0], np.int64),
+        first=np.array([due_at(refresh, 0)]),
+        due=np.array([NOT_DUE, *(due_at(refresh, number) for number in range(1, spec.num_channels))]),
         log=np.zeros(0, COMMAND),
         log_size=np.zeros(2, np.int64),
     )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from archsim.model.compiled import NEVER, drop_oldest, inlined_step, num_items, oldest, slot_of, step
 from archsim.model.dram.compiled_commands import field_of, note_wishes
 from archsim.model.dram.compiled_plan import overtakes
@@ -12,21 +14,21 @@ from archsim.model.dram.compiled_waits import served_at
 @inlined_step
 def ring_of(spec, channel, is_write):
     """The ring of a channel's reads or writes."""
-    return channel + spec.num_channels if is_write and spec.num_write_entries > 0 else channel
+    return np.uint32(channel + spec.num_channels if is_write and spec.num_write_entries > 0 else channel)
 
 
 @inlined_step
 def num_in_window(spec, channel, is_write):
     """Requests in the window that a request joins."""
     if spec.num_write_entries == 0:
-        return channel["num_reads"] + channel["num_writes"]
-    return channel["num_writes"] if is_write else channel["num_reads"]
+        return np.int64(channel["num_reads"]) + np.int64(channel["num_writes"])
+    return np.int64(channel["num_writes"] if is_write else channel["num_reads"])
 
 
 @inlined_step
 def next_entry(spec, state, number):
     """The clock in which the next request may enter a window, or NEVER."""
-    channel, reads, writes = state.channels[number], number, number + spec.num_channels
+    channel, reads, writes = state.channels[number], number, np.uint32(number + spec.num_channels)
     due = NEVER
     if num_items(state.queue, reads) > 0 and num_in_window(spec, channel, False) < spec.num_queue_entries:
         due = oldest(state.queue, reads)["clock"]
@@ -39,7 +41,7 @@ def next_entry(spec, state, number):
 @inlined_step
 def enter(spec, state, clock, number):
     """Let what has come by `clock` into the windows; at a read that can be forwarded, stop and return its requester."""
-    channel, reads, writes = state.channels[number], number, number + spec.num_channels
+    channel, reads, writes = state.channels[number], number, np.uint32(number + spec.num_channels)
     while num_items(state.queue, reads) > 0 and num_in_window(spec, channel, False) < spec.num_queue_entries:
         request = oldest(state.queue, reads)
         if request["clock"] > clock:
@@ -67,7 +69,7 @@ def enter(spec, state, clock, number):
 def bank_of(spec, address):
     """The bank of an address within its channel."""
     number = field_of(address, spec.bank) * spec.num_groups + field_of(address, spec.group)
-    return number ^ (field_of(address, spec.row) & ((1 << spec.bank_hash) - 1))
+    return np.uint32(number ^ (field_of(address, spec.row) & ((1 << spec.bank_hash) - 1)))
 
 
 @inlined_step

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from archsim.machine.dram_alone import compiled, reference
 from archsim.machine.dram_alone.stream import Requests
 from archsim.model.dram.commands import COMMAND
+from tests.machine.dram_alone.machines import preset, random_stream, spec_of
 from tests.machine.strategies import drams
 
 REQUEST_BYTES = 32
@@ -45,3 +46,12 @@ def test_both_models_serve_a_stream_alike(spec, stream):
         assert np.array_equal(getattr(used, name), value) if name != "counters" else True, name
     for name, value in believed.counters.items():
         assert np.array_equal(used.counters[name], value), name
+
+
+def test_both_models_wait_alike_for_a_row_that_takes_thousands_of_clocks():
+    dram = preset(
+        "gddr3_700", "timing.n_rp=4500", "timing.n_rc=4518", "timing.n_refi=0", "max_wait_clocks=100000"
+    )
+    spec, stream = spec_of(dram, REQUEST_BYTES), random_stream(dram, 60, seed=1, line_bytes=REQUEST_BYTES)
+
+    assert served(compiled, spec, stream)[1].tolist() == served(reference, spec, stream)[1].tolist()
