@@ -5,9 +5,10 @@ hierarchical algorithm make of a walkthrough is never looked at. A walkthrough i
 at and, where the paper's light moves, an arc of the light (ARCS). The knights' goes nearly all the way round, the light
 the other way, so that light and view meet at every angle; the power plant's view stays between its pipes. Eyes are
 where people's would be: among the knights as high as theirs and at least three units from their middle, in the
-amphitheater within the outermost step, as high above the step or floor below as of someone who sits or stands. The
-amphitheater's light is where a lamp would be: above the stage, over the heads. The three units were chosen knowing
-table 1's depth bounds; see README.md.
+amphitheater within the outermost step, as high above the step or floor below as of someone who sits or stands, and on
+the whole way an arm's length from columns and actors. The amphitheater's light is where a lamp would be: above the
+stage, over the heads. The three units were chosen knowing table 1's depth bounds, the arm's length knowing its
+hierarchical column; see README.md.
 
 What SPACE names is drawn at random, FIRST times anywhere, then in ever smaller surroundings of the best so far; when
 nothing better is found any more, or it is good enough, the search begins anew. What counts is the average over some of
@@ -33,6 +34,7 @@ from archsim.raster.eye_view import eye_view
 from archsim.run.shadow_volumes import method_of
 from archsim.run.walkthrough import resources_of, scene_at
 from archsim.scene.generators import make_mesh
+from archsim.scene.generators.amphitheater import COLUMN_RADIUS, Parameters, actor_places, column_feet
 from archsim.scene.mesh import Mesh
 from archsim.scene.scene import Scene, load_scene
 from archsim.shadow_volumes.casters import Grouping, find_casters
@@ -47,6 +49,8 @@ FIRST = 20  # walkthroughs drawn anywhere, before the best of them is gone on fr
 PATIENCE = 50  # walkthroughs without a better one, then
 HOPELESS = 6  # times the least misfit: a walkthrough whose first frames are worse is not finished
 FRAMES_OF_SCALE = 2
+ARMS_LENGTH = 0.5  # of an eye from what stands in the amphitheater
+STRIDES = 10  # from keyframe to keyframe, at which that is looked at
 
 
 class Steps(NamedTuple):
@@ -172,13 +176,14 @@ def search(row: str, seconds: float, seed: int) -> Iterator[Found]:
         if least < GOOD or (tried > FIRST and stale > PATIENCE):
             start, least, best, stale, tried = start + 1, np.inf, None, 0, 0
         place = random.uniform(low, high)
-        tried += 1
-        if best is not None and tried > FIRST and random.uniform() < 0.9:
+        if best is not None and tried >= FIRST and random.uniform() < 0.9:
             step = random.normal(0, 0.2 * 0.95**stale + 0.01, len(low)) * (high - low)
             place = np.clip(best + step * (random.uniform(size=len(low)) < 0.5), low, high)
         overrides = overrides_of(dict(zip(space, place, strict=True)), ARCS[row])
         config = load_walkthrough(HERE / f"{row}.yaml", [*overrides, *draft.overrides])
-        stale += 1
+        if ARCS[row].steps and clearance(config) < ARMS_LENGTH:
+            continue
+        tried, stale = tried + 1, stale + 1
         drawn = []
         for frame in frames(config, draft.every):
             drawn.append(frame)
@@ -259,6 +264,21 @@ def step_below(beyond: float, azimuth: float, steps: Steps) -> float:
     if beyond < 0 or np.sin(np.radians(azimuth)) < 0:
         return 0.0
     return (1 + int(beyond / steps.depth)) * steps.height
+
+
+def clearance(config: WalkthroughConfig) -> float:
+    """Least distance of the eye, all the way, from a column's surface and from the middle of where an actor stands."""
+    scene: Any = config.scene
+    parameters = Parameters(**scene.mesh.parameters)
+    eyes = np.array([keyframe.eye for keyframe in config.keyframes])[:, :2]
+    share = np.arange(STRIDES)[:, None, None] / STRIDES
+    way = np.concatenate([((1 - share) * eyes[:-1] + share * eyes[1:]).reshape(-1, 2), eyes[-1:]])
+
+    def distance(places: np.ndarray) -> float:
+        return float(np.linalg.norm(way[:, None] - places[:, :2], axis=-1).min())
+
+    from_columns = distance(column_feet(parameters)) - COLUMN_RADIUS * parameters.column_height
+    return min(from_columns, distance(actor_places(parameters)))
 
 
 def _polar(distance: float, azimuth: float, height: float, middle: tuple[float, float]) -> list[float]:

@@ -1,7 +1,8 @@
 """How far the frames of a walkthrough lie apart: `python spread.py ROW [FOLDER]`.
 
 Prints a Markdown table: of what table 1 prints about depth bounds and the hierarchical algorithm the mean, and the
-least, quartiles and greatest of the frames. Frames are kept in FOLDER, and not drawn again when they are there.
+least, quartiles and greatest of the frames; then the pixels of each frame, and what share of all they are. Frames are
+kept in FOLDER, and not drawn again when they are there.
 """
 
 from __future__ import annotations
@@ -47,6 +48,20 @@ def main() -> None:
         for column in ("DB", "H"):
             other = np.maximum(_each(frames, QUANTITIES[what], VARIANTS[column]), 1e-9)
             print(_line(f"BF : {column} {what.split()[0]}", brute / other, brute.mean() / other.mean()))
+    _print_each_frame(frames)
+
+
+def _print_each_frame(frames: list[Frame]) -> None:
+    """Pixels, frame by frame."""
+    numbers = np.array([_each(frames, QUANTITIES["pixels [million]"], each) for each in VARIANTS.values()])
+    print(f"\n| frame | {' | '.join(f'{column}, share of all' for column in VARIANTS)} | BF : H |")
+    print("|---|---|---|---|---|")
+    for index, own in enumerate(numbers.T):
+        cells = [
+            f"{number:.3g}, {100 * number / of:.1f} %"
+            for number, of in zip(own, numbers.sum(axis=1), strict=True)
+        ]
+        print(f"| {index} | {' | '.join(cells)} | {own[0] / max(own[2], 1e-9):.3g} |")
 
 
 def _each(frames: list[Frame], of: Callable[[Traffic], float], variant: str) -> np.ndarray:

@@ -7,6 +7,7 @@ import pytest
 
 from archsim import resources
 from archsim.config import load_walkthrough
+from archsim.run.walkthrough import scene_at
 from archsim.scene.generators import make_mesh
 from archsim.shadow_volumes.casters import Grouping
 
@@ -51,6 +52,34 @@ def test_the_amphitheaters_eye_is_someones_in_it(calibrate):
         below = calibrate.step_below(distance - stage, np.degrees(np.arctan2(y, x)), steps)
         assert SEATED <= z - below <= STANDING
     assert np.hypot(*config.scene.lights[0].position[:2]) <= stage
+
+
+def test_the_amphitheaters_eye_keeps_an_arms_length_from_columns_and_actors(calibrate):
+    config = load_walkthrough(FOLDER / "amphitheater.yaml")
+    mesh = make_mesh("amphitheater", 0, dict(config.scene.mesh.parameters))
+    columns = mesh.vertices[np.unique(mesh.triangles[mesh.objects == 0])]
+    assert calibrate.clearance(config) >= calibrate.ARMS_LENGTH
+    for number in range(config.frames):
+        eye = scene_at(config, number / (config.frames - 1)).camera.eye
+        assert np.linalg.norm(columns[:, :2] - eye[:2], axis=1).min() >= calibrate.ARMS_LENGTH
+
+
+@pytest.mark.parametrize(
+    ("start", "end", "nearest"),
+    [
+        ("[0, -9, 1.5]", "[0, -4, 1.5]", 2.75),  # the middle column's axis is at (0, -1), its radius 0.25
+        ("[-1, -1.5, 1.5]", "[1, -1.5, 1.5]", 0.25),  # past it between two keyframes
+        ("[6.01, 2, 1.5]", "[6.01, 0.4, 1.5]", 0.4),  # the actor is at (6.01, 0)
+    ],
+)
+def test_clearance_is_the_least_on_the_way(calibrate, start, end, nearest):
+    mesh = (
+        "{generator: amphitheater, parameters: {actors: 1, columns: 3, column_height: 5, stage_radius: 10}}"
+    )
+    keyframes = f"[{{eye: {start}}}, {{eye: {end}}}]"
+    overrides = [f"scene.mesh={mesh}", f"keyframes={keyframes}"]
+    config = load_walkthrough(FOLDER / "amphitheater.yaml", overrides)
+    assert calibrate.clearance(config) == pytest.approx(nearest, abs=1e-3)
 
 
 def test_the_knights_are_seen_by_one_of_them():

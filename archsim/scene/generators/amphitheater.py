@@ -74,21 +74,31 @@ def _steps(parameters: Parameters) -> Mesh:
     return Mesh(profile.reshape(-1, 3), triangles)
 
 
-def _columns(parameters: Parameters) -> list[Mesh]:
-    """Columns in a row along y = 0, each by itself."""
-    height = parameters.column_height
+def column_feet(parameters: Parameters) -> np.ndarray:
+    """float64 [columns, 3]: in a row along the straight side, a fifth of their height before it."""
     place = np.linspace(-0.9, 0.9, parameters.columns) * parameters.stage_radius
-    foot = np.stack([place, np.full_like(place, -0.2 * height), np.zeros_like(place)], axis=1)
+    before = np.full_like(place, -0.2 * parameters.column_height)
+    return np.stack([place, before, np.zeros_like(place)], axis=1)
+
+
+def actor_places(parameters: Parameters) -> np.ndarray:
+    """float64 [actors, 3]: spread over the half disc of the stage."""
+    number = parameters.actors
+    distance = 0.85 * parameters.stage_radius * np.sqrt((np.arange(number) + 0.5) / number)
+    angle = np.pi * ((np.arange(number) * 0.618) % 1.0)
+    return np.stack([distance * np.cos(angle), distance * np.sin(angle), np.zeros(number)], axis=1)
+
+
+def _columns(parameters: Parameters) -> list[Mesh]:
+    """Each by itself."""
+    height, foot = parameters.column_height, column_feet(parameters)
     points = np.stack([foot, foot + (0.0, 0.0, height)], axis=1)
     radius = np.array([COLUMN_RADIUS * height])
     return [tubes(ends[None], radius, parameters.column_sides) for ends in points]
 
 
 def _stance(random: np.random.Generator, parameters: Parameters) -> characters.Stance:
-    """Actors spread over the half disc of the stage."""
+    """Actors at their places, turned anyhow, each at a time of its own of the animation."""
     number = parameters.actors
-    distance = 0.85 * parameters.stage_radius * np.sqrt((np.arange(number) + 0.5) / number)
-    angle = np.pi * ((np.arange(number) * 0.618) % 1.0)
-    place = np.stack([distance * np.cos(angle), distance * np.sin(angle), np.zeros(number)], axis=1)
     pose = parameters.pose + random.uniform(0, 9, number)
-    return characters.Stance(place, random.uniform(0, 2 * np.pi, number), pose)
+    return characters.Stance(actor_places(parameters), random.uniform(0, 2 * np.pi, number), pose)
