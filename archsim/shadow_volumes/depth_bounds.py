@@ -33,7 +33,8 @@ def depth_bounds(scene: Scene, light: np.ndarray, box: np.ndarray, reach: float 
     bounds[seen, 1] = 1.0 / np.maximum(depth[seen].min(axis=1), 1e-300)
 
     casters = Casters(*_box_mesh(box), len(box))
-    end = None if reach is None else np.repeat(_end_of_box_volumes(box, light, reach), 8)
+    narrowness = _narrowness(box, light)
+    end = None if reach is None else np.repeat(_end_of_box_volumes(box, light, reach, narrowness), 8)
     points, triangles, starts, _ = extruded(casters, light, np.zeros(len(box), bool), end)
     frustum = Frustum(camera.near, -1.5, width + 0.5, -1.5, height + 0.5)
     _extend(seen_by(points, camera, width, height), triangles, starts, frustum, new_polygon(), bounds)
@@ -41,18 +42,20 @@ def depth_bounds(scene: Scene, light: np.ndarray, box: np.ndarray, reach: float 
 
     around = ((box[:, 0] <= light) & (light <= box[:, 1])).all(axis=1)
     if reach is not None:
-        around |= _narrowness(box, light) < _NARROW
+        around |= narrowness < _NARROW
     bounds[around] = 0.0, np.inf
     return bounds * np.array([1 / _WIDER, _WIDER])
 
 
-def _end_of_box_volumes(box: np.ndarray, light: np.ndarray, reach: float) -> np.ndarray:
+def _end_of_box_volumes(
+    box: np.ndarray, light: np.ndarray, reach: float, narrowness: np.ndarray
+) -> np.ndarray:
     """How far from the light the box' volume has to end [n] to hold all volumes of what is in it that end at `reach`.
 
     Its dark cap is flat: between the corners' rays it is nearer to the light than on them.
     """
     farthest = np.linalg.norm(box_corners(box) - light, axis=2).max(axis=1)
-    return np.maximum(reach, farthest) / np.maximum(_narrowness(box, light), _NARROW)
+    return np.maximum(reach, farthest) / np.maximum(narrowness, _NARROW)
 
 
 def _narrowness(box: np.ndarray, light: np.ndarray) -> np.ndarray:

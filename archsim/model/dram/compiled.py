@@ -123,10 +123,8 @@ def first_channel(state):
 def wake_first(spec, state):
     """Play the first clock at which a channel is due, on that one; returns who is answered, or NO_REQUESTER."""
     clock, number = first_clock(state), first_channel(state)
-    other = NOT_DUE
-    for channel in range(
-        len(state.due)
-    ):  # before anything changes: what was just written is slow to read again
+    other = NOT_DUE  # found before anything changes: what was just written is slow to read again
+    for channel in range(len(state.due)):
         other = min(other, state.due[channel])
     if spec.scheduler == _IDEAL:
         requester, clock = _serve_first(spec, state, clock, number)

@@ -102,9 +102,7 @@ class DramState(NamedTuple):
     lists: np.ndarray  # LIST [H, B, 2] waiting READS and WRITES of a bank
     banks: np.ndarray  # BANK [H, B]
     bounds: np.ndarray  # [H, 4 B] earliest clock of what each bank may be told: RD of all banks, WR, ACT, PRE
-    wishes: (
-        np.ndarray
-    )  # [H, 4 B] the first request considered that wants it now, or NO_WISH; see `note_wishes`
+    wishes: np.ndarray  # [H, 4 B] first request considered that wants it, or NO_WISH: see `note_wishes`
     activates: np.ndarray  # [H, 4] clocks of the last four ACT, the oldest first
     channels: np.ndarray  # CHANNEL [H]
     waits: np.ndarray  # REQUEST_WAIT [H] of the request that was answered last
