@@ -28,6 +28,7 @@ from archsim.model.cache.compiled_state import (
     WRITE,
     WRITEBACK,
     cache_table,
+    least_bursts,
     most_fetches,
     most_sent,
     new_caches,
@@ -119,6 +120,7 @@ def _machine(spec: MachineSpec) -> Machine:
         core_cache=np.array(spec.core_cache, np.int64),
         is_private=np.array([n == 1 and cache not in parents for cache, n in enumerate(users)], np.bool_),
         spare_slots=spec.core.num_cores + most_sent(spec.caches),
+        answer_clocks=spec.dram.read_clocks(least_bursts(spec.caches, beats_bytes)),
     )
 
 

@@ -10,11 +10,10 @@ import numpy as np
 
 from archsim.jit import njit
 from archsim.machine.issue import BAD_UNLOCK, NEEDS_TASKS, PLAYED, issue, make_task, source_due
-from archsim.machine.memory import deliver_due, look_up_due, play_dram
+from archsim.machine.memory import deliver_due, dram_may_wait, look_up_due, play_dram
 from archsim.machine.state import Machine, State
 from archsim.model.compiled import NEVER, inlined_step
 from archsim.model.core.compiled_turns import play_all_to
-from archsim.model.dram.compiled import first_clock
 
 OVER, NEEDS_ROOM, PAUSED = (
     BAD_UNLOCK + n for n in (1, 2, 3)
@@ -45,7 +44,7 @@ def play(spec: Machine, state: State):
             state.core.next_due[0] = min(state.core.next_due[0], state.core.due[core])
 
         due = state.core.next_due[0]
-        if run["horizon"] > cycle and run["horizon"] >= due and _comes_before_dram(spec, state, due):
+        if run["horizon"] > cycle and run["horizon"] >= due and dram_may_wait(spec, state, due):
             cycle = due
         else:
             run["cycle"] = cycle
@@ -73,15 +72,8 @@ def _end(spec, state, cycle):
         look_up_due(spec, state, cycle)
     due = state.core.next_due[0]
     later = play_dram(spec, state, max(cycle + 1, min(_next_event(spec, state), due)))
-    run["horizon"] = min(_next_event(spec, state), run["pause"])
+    run["horizon"] = min(_next_event(spec, state), run["pause"] - 1)
     return later
-
-
-@inlined_step
-def _comes_before_dram(spec, state, cycle):
-    """Whether the DRAM has nothing to do before `cycle`, which comes."""
-    ticks = first_clock(state.dram) * spec.dram.period_ticks
-    return cycle != NEVER and cycle * spec.core.period_ticks <= ticks
 
 
 @inlined_step

@@ -5,6 +5,8 @@ A requester is a thread (its number, from 0 up) or the MSHR of a child cache (be
 
 from __future__ import annotations
 
+import numpy as np
+
 from archsim.machine import waits
 from archsim.machine.counters import STALL_MEMORY
 from archsim.machine.state import Machine, State
@@ -34,6 +36,7 @@ from archsim.model.dram import compiled as dram_model
 from archsim.model.dram.compiled import NO_REQUESTER
 
 _LOOKUP = int(AtCache.LOOKUP)
+_CAUGHT_UP = 0  # in place of the end of a window
 _PART = 1 << 48  # what the requester number of a fetch's next part is less
 
 
@@ -276,7 +279,7 @@ def _send_to_dram(spec, state, arrival, cache, request):
     queued["bursts"] = request.bytes >> spec.caches[cache]["grain_shift"]
     queued["requester"] = request.requester
     ring = dram_model.ring_of_request(spec.dram, request.address, is_write)
-    _look_after(spec, state, arrival, state.dram.queue, ring)
+    _look_after(spec, state, state.dram.queue, ring)
 
 
 @step
@@ -288,7 +291,7 @@ def access_dram(spec: Machine, state: State, cycle, rank, bursts, request):
     queued["requester"] = _fetcher(len(spec.caches), request.requester)
     state.waits.threads[request.requester]["asked"] = cycle
     ring = dram_model.ring_of_request(spec.dram, request.address, is_write)
-    _look_after(spec, state, cycle, state.dram.queue, ring)
+    _look_after(spec, state, state.dram.queue, ring)
 
 
 @step
@@ -305,14 +308,14 @@ def put(spec, state, arrival, cache, rank, request):
     if receiver["blocked_since"] == NOT_BLOCKED or spec.caches[cache]["arbiter"] != Arbiter.ARRIVAL:
         receiver["lookup_due"] = min(receiver["lookup_due"], arrival)
         state.run[0]["next_lookup"] = min(state.run[0]["next_lookup"], arrival)
-    _look_after(spec, state, arrival, inbox, cache)
+    state.run[0]["horizon"] = min(state.run[0]["horizon"], arrival)
+    _look_after(spec, state, inbox, cache)
 
 
 @step
-def _look_after(spec, state, arrival, queues, q):
-    """Be back in cycle `arrival` for a request in queue `q`; at once if what a cycle may add no longer fits in."""
+def _look_after(spec, state, queues, q):
+    """Ask for room if what a cycle may add no longer fits into queue `q`."""
     run = state.run[0]
-    run["horizon"] = min(run["horizon"], arrival)
     if queue_model.num_items(queues, q) + spec.spare_slots > queues.items.shape[1]:
         run["needs_room"] = 1
         run["horizon"] = 0
@@ -331,31 +334,77 @@ def _mshr_of(requester):
 
 
 @inlined_step
-def play_dram(spec: Machine, state: State, limit):
-    """Play the memory clocks before cycle `limit`, the first answer or a pause, if that is sooner; returns that cycle.
+def dram_may_wait(spec: Machine, state: State, cycle):
+    """Whether nothing that the DRAM has still to do can be answered by `cycle`."""
+    first_answer = dram_model.next_due(state.dram) + spec.answer_clocks
+    return cycle * spec.core.period_ticks < first_answer * spec.dram.period_ticks
 
-    The run is over with the tick in which the last thing on its way arrives: refreshes up to it count.
+
+@inlined_step
+def play_dram(spec: Machine, state: State, limit):
+    """Let the DRAM catch up with the memory clocks before cycle `limit`, unless all that it has to do may wait.
+
+    Returns the next cycle to play: `limit`, the first answer's or a pause's. One loop, not one for each channel: that
+    would prepare for all that can happen to the channel.
     """
     dram, run = state.dram, state.run[0]
-    core_period, period = spec.core.period_ticks, spec.dram.period_ticks
-    while dram_model.first_clock(dram) * period < min(limit, run["pause"]) * core_period:
-        clock, channel = dram_model.first_clock(dram), dram_model.first_channel(dram)
-        last_tick = max(run["cycle"] * core_period, run["last_clock"] * period)
-        if limit == NEVER and clock * period > last_tick and dram_model.is_empty(dram):
-            break
-        requester = dram_model.wake_first(spec.dram, dram)
-        run["last_clock"] = clock
-        if requester != NO_REQUESTER:
-            arrival = dram_model.answer_cycle(spec.dram, dram, channel, core_period)
-            owner, _, place = _mshr_of(requester)
-            state.waits.dram[owner, place] = dram.waits[channel]
-            _answer_fetch(state, arrival, len(spec.caches), requester)
-            limit = min(limit, arrival)
+    if limit < run["pause"] and dram_may_wait(spec, state, limit):
+        return limit
+    number, end = len(dram.due), _CAUGHT_UP
+    while True:
+        if number == len(dram.due):
+            number, end = 0, _end_of_window(spec, state, limit)
+            if end == _CAUGHT_UP:
+                break
+        elif dram.due[number] < end:
+            limit = min(limit, _wake_channel(spec, state, np.uint32(number)))
+        else:
+            number += 1
     if dram_model.is_log_half_full(dram):
         run["needs_room"] = 1
-    if limit > run["pause"] and not (limit == NEVER and dram_model.is_empty(dram)):
+    if limit > run["pause"] and not (limit == NEVER and dram_model.is_empty(spec.dram, dram)):
         return run["pause"]
     return limit
+
+
+@inlined_step
+def _end_of_window(spec, state, limit):
+    """The clock up to which the channels can be played one by one, or _CAUGHT_UP.
+
+    Nothing that happens before it is answered before it, so that none of them learns of another. The run is over with
+    the tick in which the last thing on its way arrives: refreshes up to it count.
+    """
+    dram, run, period = state.dram, state.run[0], spec.dram.period_ticks
+    dram_model.find_next_due(dram)
+    first = dram_model.next_due(dram)
+    end_ticks = min(limit, run["pause"]) * spec.core.period_ticks
+    if first * period >= end_ticks:
+        return _CAUGHT_UP
+    if limit == NEVER:
+        is_over = first * period > _last_tick(spec, run) and dram_model.is_empty(spec.dram, dram)
+        return _CAUGHT_UP if is_over else first + 1
+    return min(first + max(spec.answer_clocks, 1), (end_ticks + period - 1) // period)
+
+
+@inlined_step
+def _last_tick(spec, run):
+    """The tick of the last thing that happened."""
+    return max(run["cycle"] * spec.core.period_ticks, run["last_clock"] * spec.dram.period_ticks)
+
+
+@inlined_step
+def _wake_channel(spec, state, number):
+    """Wake a channel that is due; returns the cycle of the answer that it gives, or NEVER."""
+    dram, run = state.dram, state.run[0]
+    run["last_clock"] = max(run["last_clock"], dram.due[number])
+    requester = dram_model.wake(spec.dram, dram, number)
+    if requester == NO_REQUESTER:
+        return NEVER
+    arrival = dram_model.answer_cycle(spec.dram, dram, number, spec.core.period_ticks)
+    owner, _, place = _mshr_of(requester)
+    state.waits.dram[owner, place] = dram.waits[number]
+    _answer_fetch(state, arrival, len(spec.caches), requester)
+    return arrival
 
 
 @inlined_step

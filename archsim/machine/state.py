@@ -32,6 +32,7 @@ class Machine(NamedTuple):
     core_cache: np.ndarray  # [C] cache of the core
     is_private: np.ndarray  # [K] whether one core and nobody else talks to the cache
     spare_slots: int  # free slots that a queue needs at the beginning of a cycle
+    answer_clocks: int  # memory clocks from anything that the DRAM does to what it answers to that, at least
 
 
 _RUN_FIELDS = (  # times in core cycles

@@ -17,7 +17,9 @@ from tests.machine.strategies import many_tasks, plays
 def recorded(model, spec, played):
     taken = [np.zeros(0, COMMAND)]
     counters = model.simulate(spec, played, sink=taken.append)
-    return counters, np.sort(np.concatenate(taken), order=["clock", "channel"]), len(taken) - 1
+    commands = np.concatenate(taken)
+    assert np.all(np.diff(commands["clock"]) >= 0)
+    return counters, np.sort(commands, order=["clock", "channel"]), len(taken) - 1
 
 
 @settings(max_examples=60, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))

@@ -1,4 +1,4 @@
-"""A DRAM fed with a stream, compiled: goes from one clock in which something happens to the next."""
+"""A DRAM fed with a stream, compiled: each channel goes from one clock in which something happens to the next."""
 
 from __future__ import annotations
 
@@ -14,25 +14,27 @@ from archsim.model.dram.compiled import (
     NO_REQUESTER,
     DramState,
     answer_cycle,
-    first_channel,
-    first_clock,
+    channel_of,
+    find_next_due,
     has_room,
     is_empty,
+    is_idle,
     is_log_half_full,
     new_dram,
+    next_due,
     recording,
     send,
     take_log,
-    wake_first,
+    wake,
 )
 from archsim.model.dram.spec import DramSpec
 
 RUN = record(
-    "clock",
+    "clock",  # before which the channel concerned has been played
     "first",  # request of the chunk that enters next
     "latency_sum",
     "latency_max",
-    "last_answer",  # clock in which the last read was answered
+    "end",  # last clock in which a request was served or a read answered
     "wait_sum",
     "is_last",  # whether no chunk follows
     "is_over",  # whether all has been served
@@ -58,7 +60,7 @@ def simulate(
     nothing = Requests(*(np.zeros(0, np.int64) for _ in Requests._fields))
     _play(plain, state, _plain_requests(nothing), bursts, run, latencies, sink)
     return DramRun(
-        clocks=max(int(run[0]["last_answer"]), int(state.channels["data_end"].max())),
+        clocks=max(int(run[0]["end"]), int(state.channels["data_end"].max())),
         counters={name: state.channels[name].copy() for name in DRAM_COUNTERS},
         latencies=latencies,
         latency_sum=int(run[0]["latency_sum"]),
@@ -94,61 +96,77 @@ def _play(
 
 @njit(error_model="numpy", _nrt=False, no_cfunc_wrapper=True)
 def _advance(spec, state, requests, bursts, run, latencies):
-    """Go on until a chunk is needed, the log is full, or all has been served."""
+    """Go on until a chunk is needed, the log is half full, or all has been served.
+
+    What a channel does depends on others only by when its requests enter. So a request's channel alone is played, up
+    to the clock in which there is room; all are if commands are recorded, or when no request is left. There is one
+    loop, because an inner one of a single channel would prepare for all that can happen to that channel.
+    """
     now = run[0]
-    while True:
-        _enter(spec, state, requests, bursts, now)
-        if now["first"] == len(requests.addresses) and now["is_last"] == 0:
-            return
-        while first_clock(state) <= now["clock"]:
-            _wake(spec, state, now, latencies)
-        is_served = now["first"] == len(requests.addresses) and is_empty(state)
-        if is_served and now["clock"] >= now["last_answer"]:
-            now["is_over"] = 1
-            return
-        due = _next_clock(spec, state, requests, now)
-        now["clock"] = min(due, now["last_answer"]) if is_served else due
-        if is_log_half_full(state):
-            return
+    number, last = _concerned(spec, state, requests, now)
+    while now["first"] < len(requests.addresses) or now["is_last"] != 0:
+        if state.due[number] < now["clock"]:
+            _wake(spec, state, now, np.uint32(number), latencies)
+        elif number < last:
+            number += 1
+        else:
+            if now["first"] < len(requests.addresses):
+                _enter(spec, state, requests, bursts, now)
+            elif not _go_on(spec, state, now):
+                return
+            if is_log_half_full(state):
+                return
+            number, last = _concerned(spec, state, requests, now)
+
+
+@inlined_step
+def _concerned(spec, state, requests, now):
+    """The first and the last channel to be played before the next request enters, if any; the first clock for that."""
+    if now["first"] < len(requests.addresses):
+        now["clock"] = max(now["clock"], requests.arrivals[now["first"]])
+        if len(state.log) == 0:
+            number = np.int64(channel_of(spec, requests.addresses[now["first"]]))
+            return number, number
+    return 0, len(state.due) - 1
+
+
+@inlined_step
+def _go_on(spec, state, now):
+    """The next clock to play all channels to when no request is left; False if all has been."""
+    if not is_empty(spec, state):
+        find_next_due(state)
+        now["clock"] = next_due(state) + 1
+    elif now["clock"] <= now["end"]:
+        now["clock"] = now["end"] + 1
+    else:
+        now["is_over"] = 1
+    return now["is_over"] == 0
 
 
 @inlined_step
 def _enter(spec, state, requests, bursts, now):
-    """The requests that may enter in this clock."""
-    first, clock = now["first"], now["clock"]
-    while first < len(requests.addresses) and requests.arrivals[first] <= clock:
-        address, is_write = requests.addresses[first], requests.is_write[first]
-        if not has_room(spec, state, address, is_write):
-            break
-        request = send(spec, state, clock * spec.period_ticks, address, 0, is_write)
-        request["bursts"] = bursts
-        request["requester"] = NO_REQUESTER if is_write else ~clock
-        now["wait_sum"] += clock - requests.arrivals[first]
-        first += 1
-    now["first"] = first
+    """The next request enters in this clock if there is room, or else in a later one."""
+    clock, address, is_write = now["clock"], requests.addresses[now["first"]], requests.is_write[now["first"]]
+    if not has_room(spec, state, address, is_write):
+        now["clock"] = state.due[channel_of(spec, address)] + 1
+        return
+    request = send(spec, state, clock * spec.period_ticks, address, 0, is_write)
+    request["bursts"] = bursts
+    request["requester"] = NO_REQUESTER if is_write else ~clock
+    now["wait_sum"] += clock - requests.arrivals[now["first"]]
+    now["first"] += 1
 
 
 @inlined_step
-def _wake(spec, state, now, latencies):
-    """Wake the channel that is due."""
-    number = first_channel(state)
-    requester = wake_first(spec, state)
+def _wake(spec, state, now, number, latencies):
+    """Wake a channel that is due."""
+    if not is_idle(spec, state, number):
+        now["end"] = max(now["end"], state.due[number])
+    requester = wake(spec, state, number)
     if requester != NO_REQUESTER:
         answer = answer_cycle(spec, state, number, spec.period_ticks)
         latency = answer - ~requester
         latencies[min(latency, LONGEST_LATENCY)] += 1
         now["latency_sum"] += latency
         now["latency_max"] = max(now["latency_max"], latency)
-        now["last_answer"] = max(now["last_answer"], answer)
-
-
-@inlined_step
-def _next_clock(spec, state, requests, now):
-    """The next clock in which a channel is due or a request may enter."""
-    clock, first, due = now["clock"], now["first"], first_clock(state)
-    if first < len(requests.addresses):
-        if requests.arrivals[first] > clock:
-            due = min(due, requests.arrivals[first])
-        elif has_room(spec, state, requests.addresses[first], requests.is_write[first]):
-            due = clock + 1
-    return max(due, clock + 1)
+        now["end"] = max(now["end"], answer)

@@ -104,6 +104,9 @@ def _machine(spec: PipelineSpec) -> Machine:
         dram=integers(spec.dram),
         burst_shift=burst_bytes.bit_length() - 1,
         spare_slots=num_requesters * most + most_sent(spec.caches),
+        answer_clocks=min(
+            spec.dram.read_clocks(num_bursts=1), int(spec.dram.timing.n_wl)
+        ),  # writes are answered, too
         producers=np.array(producers, np.int64),
         consumers=np.array(consumers, np.int64),
     )

@@ -32,6 +32,7 @@ class Machine(NamedTuple):
     dram: DramSpec
     burst_shift: int  # log2 of the bytes of a burst
     spare_slots: int  # free slots that a queue needs at the beginning of a cycle
+    answer_clocks: int  # memory clocks from anything that the DRAM does to what it answers to that, at least
     producers: np.ndarray  # [C] unit that emits into the channel
     consumers: np.ndarray  # [C] unit that takes from it
 

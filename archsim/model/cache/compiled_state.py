@@ -154,6 +154,12 @@ def most_fetches(caches: Sequence[CacheSpec]) -> int:
     return sum(cache.num_mshrs * _most_parts(caches, cache) for cache in caches)
 
 
+def least_bursts(caches: Sequence[CacheSpec], burst_bytes: int) -> int:
+    """Bursts of the smallest fetch from the DRAM: a sector."""
+    sectors = [cache.sector_bytes for cache in caches if cache.parent == DRAM_PARENT]
+    return max(1, min(sectors, default=0) // burst_bytes)
+
+
 def _most_parts(caches: Sequence[CacheSpec], cache: CacheSpec) -> int:
     """Requests that a line of the cache may take at the next level."""
     if cache.parent == DRAM_PARENT:

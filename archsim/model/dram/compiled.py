@@ -12,16 +12,13 @@ from archsim.model.dram.commands import CommandSink
 from archsim.model.dram.compiled_commands import activate, column, field_of, precharge, refresh
 from archsim.model.dram.compiled_plan import drains, plan
 from archsim.model.dram.compiled_state import (
-    CHANNEL_BITS,
     CLOSED,
     COLUMN,
     NO_REQUESTER,
-    NOT_DUE,
     PLAN_AGAIN,
     REFRESH,
     ROW,
     DramState,
-    due_at,
     new_dram,
     recording,
 )
@@ -33,33 +30,40 @@ __all__ = [
     "NO_REQUESTER",
     "DramState",
     "answer_cycle",
-    "first_channel",
-    "first_clock",
+    "channel_of",
+    "find_next_due",
     "has_room",
     "is_empty",
+    "is_idle",
     "is_log_half_full",
     "new_dram",
+    "next_due",
     "recording",
     "ring_of_request",
     "send",
     "take_log",
-    "wake_first",
+    "wake",
 ]
 
 _IDEAL = int(Scheduler.IDEAL)
-_due_at = inlined_step(due_at)
+
+
+@inlined_step
+def channel_of(spec, address):
+    """The channel of an address."""
+    return np.uint32(field_of(address, spec.channel))
 
 
 @inlined_step
 def ring_of_request(spec, address, is_write):
     """The ring of `queue` that a request joins."""
-    return ring_of(spec, field_of(address, spec.channel), is_write)
+    return ring_of(spec, channel_of(spec, address), is_write)
 
 
 @inlined_step
 def send(spec, state, arrival_ticks, address, rank, is_write):
     """Queue a request that arrives at `arrival_ticks`; returns it, for the sender to give its bursts and requester."""
-    number = np.uint32(field_of(address, spec.channel))
+    number = channel_of(spec, address)
     ring = ring_of(spec, number, is_write)
     slot = insert(state.queue, ring, arrival_ticks, rank)
     request = state.queue.items[ring, slot]
@@ -68,18 +72,25 @@ def send(spec, state, arrival_ticks, address, rank, is_write):
     request["clock"] = (arrival_ticks + spec.period_ticks - 1) // spec.period_ticks
     request["order"] = state.channels[number]["sent"]
     state.channels[number]["sent"] += 1
-    _wake_by(state, number, request["clock"])
+    state.due[number] = min(state.due[number], request["clock"])
+    state.next_due[0] = min(state.next_due[0], request["clock"])
     return request
 
 
+@inlined_step
+def is_idle(spec, state, number):
+    """Whether no request is queued at the channel or on its way to its queue."""
+    channel, num_queued = state.channels[number], num_items(state.queue, number)
+    if spec.num_write_entries > 0:
+        num_queued += num_items(state.queue, number + spec.num_channels)
+    return np.int64(channel["num_reads"]) + np.int64(channel["num_writes"]) + num_queued == 0
+
+
 @step
-def is_empty(state):
+def is_empty(spec, state):
     """Whether no request is queued or on its way to a queue."""
-    for ring in range(len(state.queue.ends)):
-        if num_items(state.queue, ring) > 0:
-            return False
     for number in range(len(state.channels)):
-        if state.channels[number]["num_reads"] > 0 or state.channels[number]["num_writes"] > 0:
+        if not is_idle(spec, state, number):
             return False
     return True
 
@@ -87,7 +98,7 @@ def is_empty(state):
 @inlined_step
 def has_room(spec, state, address, is_write):
     """Whether a request that came now would enter its window at once."""
-    number = np.uint32(field_of(address, spec.channel))
+    number = channel_of(spec, address)
     ring = ring_of(spec, number, is_write)
     size = spec.num_queue_entries if ring == number else spec.num_write_entries
     return num_in_window(spec, state.channels[number], is_write) + num_items(state.queue, ring) < size
@@ -103,51 +114,35 @@ def take_log(state: DramState, sink: CommandSink) -> None:
     """Hand over what has been recorded."""
     recorded, lost = state.log_size.tolist()
     assert lost == 0, "the log of DRAM commands was too small for what one step issues"
-    sink(state.log[:recorded].copy())
+    log = state.log[:recorded]
+    sink(log[np.argsort(log["clock"], kind="stable")])
     state.log_size[0] = 0
 
 
 @inlined_step
-def first_clock(state):
-    """The first clock at which a channel is due."""
-    return state.first[0] >> CHANNEL_BITS
+def next_due(state):
+    """The first clock at which a channel must be woken, or an earlier one."""
+    return state.next_due[0]
 
 
 @inlined_step
-def first_channel(state):
-    """The channel that is due then; the first of several."""
-    return np.uint32(state.first[0] & ((1 << CHANNEL_BITS) - 1))
+def find_next_due(state):
+    """Find out when the first channel must be woken."""
+    first = NEVER
+    for number in range(len(state.due)):
+        first = min(first, state.due[number])
+    state.next_due[0] = first
 
 
 @inlined_step
-def wake_first(spec, state):
-    """Play the first clock at which a channel is due, on that one; returns who is answered, or NO_REQUESTER."""
-    clock, number = first_clock(state), first_channel(state)
-    other = NOT_DUE  # found before anything changes: what was just written is slow to read again
-    for channel in range(len(state.due)):
-        other = min(other, state.due[channel])
+def wake(spec, state, number):
+    """Play the clock at which the channel is due; returns who is answered, or NO_REQUESTER."""
+    clock = state.due[number]
     if spec.scheduler == _IDEAL:
-        requester, clock = _serve_first(spec, state, clock, number)
+        requester, state.due[number] = _serve_first(spec, state, clock, number)
     else:
-        requester, clock = _wake(spec, state, clock, number)
-    own = _due_at(clock, number)
-    state.first[0] = min(own, other)
-    if other < own:
-        state.due[number] = own
-        state.due[first_channel(state)] = NOT_DUE
+        requester, state.due[number] = _wake(spec, state, clock, number)
     return requester
-
-
-@inlined_step
-def _wake_by(state, number, clock):
-    """The channel is to be woken in `clock` at the latest."""
-    due, first, channel = _due_at(clock, number), state.first[0], first_channel(state)
-    if number != channel and due > first:
-        state.due[number] = min(state.due[number], due)
-    elif due < first:
-        state.due[channel] = first
-        state.due[number] = NOT_DUE
-        state.first[0] = due
 
 
 @inlined_step

@@ -13,8 +13,6 @@ from archsim.model.dram.spec import DramSpec
 CLOSED = -1  # no row is open
 NOBODY = 0  # the slot of no request
 NO_KEY = 1 << 62  # its key; the key of others is the number with which they entered
-CHANNEL_BITS = 12  # of a clock and a channel in one integer; there are at most 4,096 channels
-NOT_DUE = NEVER << CHANNEL_BITS
 # A wish, the least of which goes first, is from its lowest bit on: bank, whether of a write, key, ROW_BIT. A channel
 # has at most 4,096 banks and serves at most 2**36 requests.
 BANK_BITS = 12
@@ -106,15 +104,10 @@ class DramState(NamedTuple):
     activates: np.ndarray  # [H, 4] clocks of the last four ACT, the oldest first
     channels: np.ndarray  # CHANNEL [H]
     waits: np.ndarray  # REQUEST_WAIT [H] of the request that was answered last
-    first: np.ndarray  # [1] the first clock at which a channel must be woken, and which: see `due_at`
-    due: np.ndarray  # [H] the same for each channel; NOT_DUE for the first one
+    due: np.ndarray  # [H] clock at which each channel must be woken
+    next_due: np.ndarray  # [1] the first of them, or an earlier clock
     log: np.ndarray  # COMMAND [L] commands recorded; L = 0: none are
     log_size: np.ndarray  # [2] number of them, and of those for which there was no room
-
-
-def due_at(clock, number):
-    """A clock and a channel in one integer: earlier clocks come first, then channels of lower numbers."""
-    return (clock << CHANNEL_BITS) + number
 
 
 def recording(state: DramState) -> DramState:
@@ -151,8 +144,8 @@ def new_dram(spec: DramSpec, queue_capacity: int) -> DramState:
         activates=np.full((spec.num_channels, ACTIVATES_OF_WINDOW), LONG_AGO, np.int64),
         channels=channels,
         waits=np.zeros(spec.num_channels, REQUEST_WAIT),
-        first=np.array([due_at(refresh, 0)]),
-        due=np.array([NOT_DUE, *(due_at(refresh, number) for number in range(1, spec.num_channels))]),
+        due=np.full(spec.num_channels, refresh),
+        next_due=np.array([refresh]),
         log=np.zeros(0, COMMAND),
         log_size=np.zeros(2, np.int64),
     )

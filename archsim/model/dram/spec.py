@@ -84,3 +84,14 @@ class DramSpec(NamedTuple):
     def burst_clocks(self) -> int:
         """Memory clocks that the data of one column command takes."""
         return self.burst_beats // self.clock_beats
+
+    def read_clocks(self, num_bursts: int) -> int:
+        """Memory clocks from anything that a channel does to the read that it answers by that, at least.
+
+        Reads have `num_bursts` bursts or more.
+        """
+        if self.scheduler == Scheduler.IDEAL:
+            return int(self.timing.n_cl)
+        if self.num_write_entries > 0:
+            return 1  # if the write queue has the data
+        return int(self.timing.n_cl + (num_bursts - 1) * self.timing.n_ccd_l)
