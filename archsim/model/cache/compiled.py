@@ -22,7 +22,7 @@ from archsim.model.cache.compiled_state import (
     REFUSED,
     WRITEBACK,
 )
-from archsim.model.cache.replacement import INVALID, NO_WAY, use, victim
+from archsim.model.cache.replacement import COMING, INVALID, NO_WAY, use, victim
 from archsim.model.cache.spec import DRAM_PARENT
 from archsim.model.causes import AtCache
 from archsim.model.compiled import inlined_step, step
@@ -55,7 +55,7 @@ def _use(spec, state, cache, request, place, outcome):
     row, number = place
     state.accepted[cache, request.kind, outcome] += 1
     state.caches[cache]["num_lookups"] += 1
-    use(spec, state.ways[row, number], state.caches[cache]["num_lookups"])
+    use(spec, state.ages, (row, number), state.caches[cache]["num_lookups"])
 
 
 @inlined_step
@@ -136,7 +136,7 @@ def _miss(spec, state, cycle, cache, request, place):
         return _pass_on(one, state, cycle, cache, request)
 
     if not has_line:
-        way = victim(one, state.tags, state.ways, row, owner["num_lookups"] + 1)
+        way = victim(one, state.tags, state.ages, row, owner["num_lookups"] + 1)
         if way == NO_WAY:
             return _refuse(owner, _WAY)
     wants_data = not is_write or (one["allocates_writes"] != 0 and not _covers(one, request))
@@ -249,7 +249,7 @@ def _replace(spec, state, owner, place, request):
         owner["victim"] = max(tag, ~tag)
         owner["victim_dirty"] = way["dirty"]
     state.tags[place] = ~(request.address >> spec["line_shift"])
-    way["used"] = owner["num_lookups"] + 1
+    state.ages[place] = owner["num_lookups"] + 1
     way["present"], way["dirty"] = 0, 0
 
 
@@ -266,6 +266,7 @@ def _expect(spec, state, cycle, cache, place, touched):
     mshr["num_waiting"] = mshr["parts_left"] = 0
     owner["fetch"] = number
     state.ways[place]["coming"] |= touched
+    state.ages[place] |= COMING
     for sector in range(1 << (spec["line_shift"] - spec["sector_shift"])):
         if touched >> sector & 1:
             state.fetching[place[0], place[1], sector] = number
@@ -291,7 +292,10 @@ def fill(spec, state, cycle, cache, number):
         return False
 
     place = mshr["set"], mshr["way"]
-    state.ways[place]["coming"] &= ~np.int64(mshr["sectors"])
+    coming = state.ways[place]["coming"] & ~np.int64(mshr["sectors"])
+    state.ways[place]["coming"] = coming
+    if coming == 0:
+        state.ages[place] &= ~COMING
     _arrive(spec[cache], state, place, mshr["sectors"])
     state.mshrs[cache, owner["num_free"]]["free"] = number
     owner["num_free"] += 1
@@ -320,7 +324,7 @@ def _clear(spec, state, cache, request):
             first = max(tag, ~tag) << spec["line_shift"]
             is_within = start <= first and first + (1 << spec["line_shift"]) <= end
             if tag != INVALID and is_within and way["coming"] == 0:
-                state.tags[row, number] = INVALID
+                state.tags[row, number], state.ages[row, number] = INVALID, 0
                 way["present"], way["dirty"] = 0, 0
 
 

@@ -108,6 +108,7 @@ class CacheState(NamedTuple):
     tags: (
         np.ndarray
     )  # [R, A] line number if all of the line is present, else its complement; INVALID without a line
+    ages: np.ndarray  # [R, A] request that used the line last, see `victim`
     ways: np.ndarray  # WAY [R, A]
     fetching: np.ndarray  # uint32 [R, A, S] MSHR of a sector on its way
     mshrs: np.ndarray  # MSHR [K, M]
@@ -193,6 +194,7 @@ def new_caches(
     return CacheState(
         caches=owners,
         tags=np.full((num_sets, num_ways), INVALID),
+        ages=np.zeros((num_sets, num_ways), np.int64),
         ways=np.zeros((num_sets, num_ways), WAY),
         fetching=np.zeros((num_sets, num_ways, num_sectors), np.uint32),
         mshrs=mshrs,

@@ -58,6 +58,7 @@ class Chain(NamedTuple):
     uses: np.ndarray  # [L] requests looked up, the clock of LRU and FIFO
     last_way: np.ndarray  # [R] way that was used last
     tags: np.ndarray  # [R, A] line number or INVALID
+    ages: np.ndarray  # [R, A] request that used the line last, see `victim`
     ways: np.ndarray  # WAY [R, A]; nothing is ever on its way
     pending: np.ndarray  # _REQUEST [P] a stack: the last one is handled next
     num_pending: np.ndarray  # [1]
@@ -82,6 +83,7 @@ def new_chain(caches: Sequence[CacheSpec]) -> Chain:
         uses=np.zeros(len(caches), np.int64),
         last_way=np.zeros(num_sets, np.int64),
         tags=np.full(places, INVALID),
+        ages=np.zeros(places, np.int64),
         ways=np.zeros(places, WAY),
         pending=np.zeros((len(caches) + 1) * (MAX_SECTORS // 2 + 3), _REQUEST),
         num_pending=np.zeros(1, np.int64),
@@ -107,21 +109,20 @@ def copy_back(chain):
     for level in range(len(chain.levels)):
         one = chain.levels[level]
         for row in range(one["first_set"] + one["set_mask"], one["first_set"] - 1, -1):
-            way = _next_in_time(one, chain.ways[row], 0)
+            way = _next_in_time(one, chain.ages[row], 0)
             while way != NO_WAY:
                 _send_dirty(chain, level, row, way)
                 _settle(chain)
-                way = _next_in_time(one, chain.ways[row], chain.ways[row, way]["used"])
+                way = _next_in_time(one, chain.ages[row], chain.ages[row, way])
 
 
 @inlined
-def _next_in_time(one, ways, before):
+def _next_in_time(one, ages, before):
     """The way whose line has the earliest time after `before`, or NO_WAY."""
     found, earliest = NO_WAY, NEVER
     for number in range(one["num_ways"]):
-        time = ways[number]["used"]
-        if before < time < earliest:
-            found, earliest = number, time
+        if before < ages[number] < earliest:
+            found, earliest = number, ages[number]
     return found
 
 
@@ -207,7 +208,7 @@ def _find(chain, one, row, line):
 def _use(chain, level, row, way):
     """The line was asked for."""
     chain.last_way[row] = way
-    use(chain.levels[level], chain.ways[row, way], chain.uses[level])
+    use(chain.levels[level], chain.ages, (row, way), chain.uses[level])
 
 
 @inlined
@@ -234,7 +235,7 @@ def _miss(chain, level, row, way, touched, address, num_bytes, is_write):
 
     dirty_row, dirty_way = row, NO_WAY
     if way == NO_WAY and allocates:
-        way = victim(one, chain.tags, chain.ways, row, chain.uses[level])
+        way = victim(one, chain.tags, chain.ages, row, chain.uses[level])
         dirty_way = way
     goes_through = is_write and (one["writes_through"] != 0 or way == NO_WAY)
     fetches = not is_write or (allocates and num_bytes < sector_bytes)
@@ -252,7 +253,7 @@ def _miss(chain, level, row, way, touched, address, num_bytes, is_write):
 
     if dirty_way != NO_WAY:
         chain.tags[row, way] = address >> one["line_shift"]
-        chain.ways[row, way]["used"] = chain.uses[level]
+        chain.ages[row, way] = chain.uses[level]
         chain.ways[row, way]["present"] = 0
     if way != NO_WAY:
         chain.ways[row, way]["present"] |= touched

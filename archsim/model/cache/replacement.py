@@ -8,14 +8,15 @@ from __future__ import annotations
 
 from archsim.jit import inlined
 from archsim.model.cache.spec import Replacement
-from archsim.model.compiled import NEVER, record
+from archsim.model.compiled import record
 
 NO_WAY = -1
 INVALID = -(1 << 62)  # tag of a way without a line
 _WORD = 0xFFFFFFFF
+_WAY_BITS = 22  # of a way's number, below its age, so that finding the oldest needs no branches
+COMING = 1 << 40  # in the age of a way of which a sector is on its way
 
 WAY = record(
-    "used",  # the cache's request that used the line last (FIFO: that brought it), 0 for never
     indices=(  # a bit for each sector
         "present",  # that is here
         "coming",  # that is on its way
@@ -25,53 +26,51 @@ WAY = record(
 
 
 @inlined
-def use(spec, way, count):
-    """Request number `count` uses the line in this way, which has been here before."""
+def use(spec, ages, place, count):
+    """Request number `count`, from 1 up, uses the line in this way, which has been here before."""
     if spec["replacement"] != Replacement.FIFO:
-        way["used"] = count
+        ages[place] = ages[place] & COMING | count
 
 
 @inlined
-def victim(spec, tags, ways, row, count):
+def victim(spec, tags, ages, row, count):
     """The way of set `row` for the line of request number `count`, NO_WAY if all are on their way.
 
-    `spec` has replacement, num_ways and seed; tags and WAYs are [R, A].
+    `spec` has replacement, num_ways and seed; tags and ages are [R, A]. A way's age is the number of the request that
+    used its line last (FIFO: that brought it), 0 without a line, with the bit COMING.
     """
     if spec["replacement"] == Replacement.LRU or spec["replacement"] == Replacement.FIFO:
-        return _oldest(spec, tags, ways, row)
+        return _oldest(spec, ages, row)
     for way in range(spec["num_ways"]):
         if tags[row, way] == INVALID:
             return way
     if spec["replacement"] == Replacement.TREE_PLRU:
-        wanted = _longest_unused_by_halves(ways, row, spec["num_ways"])
+        wanted = _longest_unused_by_halves(ages, row, spec["num_ways"])
     else:
         wanted = random_way(spec["seed"], count, spec["num_ways"])
-    return _first_free(spec, ways, row, wanted)
+    return _first_free(spec, ages, row, wanted)
 
 
 @inlined
-def _oldest(spec, tags, ways, row):
+def _oldest(spec, ages, row):
     """The first invalid way, else that of the line longest unused, or longest here."""
-    found, oldest = NO_WAY, NEVER
-    for number in range(spec["num_ways"]):
-        time = -1 if tags[row, number] == INVALID else ways[row, number]["used"]
-        is_older = (time < oldest) & (ways[row, number]["coming"] == 0)
-        found = number if is_older else found
-        oldest = time if is_older else oldest
-    return found
+    oldest = COMING << _WAY_BITS
+    for way in range(spec["num_ways"]):
+        oldest = min(oldest, (ages[row, way] << _WAY_BITS) + way)
+    return oldest & ((1 << _WAY_BITS) - 1) if oldest < COMING << _WAY_BITS else NO_WAY
 
 
 @inlined
-def _longest_unused_by_halves(ways, row, num_ways):
+def _longest_unused_by_halves(ages, row, num_ways):
     """Of the halves of the set the one whose last use is longer ago, of its halves again, down to one way."""
     low, high = 0, num_ways
     while high - low > 1:
         middle = (low + high) >> 1
         lower, upper = 0, 0
         for way in range(low, middle):
-            lower = max(lower, ways[row, way]["used"])
+            lower = max(lower, ages[row, way] & ~COMING)
         for way in range(middle, high):
-            upper = max(upper, ways[row, way]["used"])
+            upper = max(upper, ages[row, way] & ~COMING)
         if lower <= upper:
             high = middle
         else:
@@ -80,11 +79,11 @@ def _longest_unused_by_halves(ways, row, num_ways):
 
 
 @inlined
-def _first_free(spec, ways, row, wanted):
+def _first_free(spec, ages, row, wanted):
     """The first way at or after `wanted`, going round, that is not on its way."""
     for step in range(spec["num_ways"]):
         way = (wanted + step) % spec["num_ways"]
-        if ways[row, way]["coming"] == 0:
+        if ages[row, way] < COMING:
             return way
     return NO_WAY
 
