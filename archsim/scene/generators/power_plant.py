@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from archsim.errors import fail
 from archsim.scene.generators.shapes import (
     BOX_TRIANGLES,
     NO_SHADOW,
@@ -39,11 +40,14 @@ class Parameters(NamedTuple):
     chimneys: int = 4
     places: int = 1  # slabs along x, of as many solids each, into whose objects the solids are put
     kinds: int = 1  # objects of a place, to which its solids are dealt in turn
-    walkway: float = 0.0  # width of what pipes leave free for people, through a bay in the middle of every floor
+    walkway: float = (
+        0.0  # width of a passage that pipes leave free on every floor, through a bay in the middle
+    )
 
 
 LOWEST = Parameters(1, 1, 1.0, 0, 1, 3, 1, 0, 3, 0, 1, 1, 0.0)
 HEADROOM = 2.5  # of walkways
+MOST_DRAWS = 10_000  # of a pipe's route
 TANK_STACKS = 24
 CHIMNEY_RINGS = 33
 BRACES = 2  # thin boxes across each cell of a floor: gratings
@@ -135,10 +139,11 @@ def walkway_middle(parameters: Parameters) -> float:
 
 def _clear_route(random: np.random.Generator, parameters: Parameters) -> tuple[np.ndarray, float]:
     """The first of the routes drawn that leaves the walkways free."""
-    while True:
+    for _ in range(MOST_DRAWS):
         points, radius = _route(random, parameters)
         if not parameters.walkway or _leaves_walkways(points, radius, parameters):
             return points, radius
+    raise fail(f"walkways {parameters.walkway:g} wide leave pipes no room in bays of {parameters.bay_size:g}")
 
 
 def _leaves_walkways(points: np.ndarray, radius: float, parameters: Parameters) -> bool:
