@@ -3,18 +3,19 @@
 Only the triangle count and the brute-force column of `printed.yaml` are aimed at; what depth bounds and the
 hierarchical algorithm make of a walkthrough is never looked at. A walkthrough is an arc of the eye around what it looks
 at and, where the paper's light moves, an arc of the light (ARCS). The knights' goes nearly all the way round, the light
-the other way, so that light and view meet at every angle; the power plant's view stays between its pipes. Eyes are
-where people's would be: among the knights as high as theirs and at least three units from their middle, in the
-amphitheater within the outermost step, as high above the step or floor below as of someone who sits or stands, and on
-the whole way an arm's length from columns and actors. The amphitheater's light is where a lamp would be: above the
-stage, over the heads. The three units were chosen knowing table 1's depth bounds, the arm's length knowing its
-hierarchical column; see README.md.
+the other way, so that light and view meet at every angle. In the power plant someone walks straight ahead: plant.py has
+the rules, which the walkthrough of table 1 is too old to keep. Eyes are where people's would be: among the knights as
+high as theirs and at least three units from their middle, in the amphitheater within the outermost step, as high above
+the step or floor below as of someone who sits or stands, and on the whole way an arm's length from columns and actors.
+The amphitheater's light is where a lamp would be: above the stage, over the heads. The three units were chosen knowing
+table 1's depth bounds, the arm's length knowing its hierarchical column; see README.md.
 
 What SPACE names is drawn at random, FIRST times anywhere, then in ever smaller surroundings of the best so far; when
 nothing better is found any more, or it is good enough, the search begins anew. What counts is the average over some of
 the frames, drawn at less than full resolution, and of the power plant a quarter of the casters, and scaled by what the
 row's present walkthrough moves as it is. Walkthroughs with less than LEAST_SHADOW of what shows in shadow, or more than
-MOST_SHADOW, do not count: the light must not be inside a caster. Prints each better one as overrides.
+MOST_SHADOW, do not count: the light must not be inside a caster. The power plant's never is, and all may be in shadow
+there. Prints each better one as overrides.
 """
 
 from __future__ import annotations
@@ -92,7 +93,10 @@ ARCS = {
     "knights": Arcs(330.0, -150.0, parameters=(("pose", 22.0),)),
     "amphitheater": Arcs(None, 0.0, parameters=(("pose", 22.0),), steps=Steps()),
 }
-DRAFTS = {"powerplant": Draft(frames=4, every=4, most_shadow=1.0), "amphitheater": Draft(frames=8, resolution="[640,512]")}
+DRAFTS = {
+    "powerplant": Draft(frames=4, every=4, most_shadow=1.0),
+    "amphitheater": Draft(frames=8, resolution="[640,512]"),
+}
 SPACE = {  # lowest and highest value of what is searched; angles in degrees, the light's distance along the ground
     "simple": {
         "eye_distance": (150.0, 450.0),
@@ -192,7 +196,7 @@ def _overrides(row: str, values: Mapping[str, float]) -> list[str]:
     if row in ARCS:
         return overrides_of(values, ARCS[row])
     scene: Any = load_walkthrough(HERE / f"{row}.yaml").scene
-    return plant.overrides_of(values, printed_column(row).triangles, scene.mesh.parameters)
+    return plant.overrides_of(values, scene.mesh.parameters)
 
 
 def _keeps_rules(row: str, config: WalkthroughConfig) -> bool:

@@ -1,14 +1,12 @@
 """Where someone walks in the power plant, and where its light is: the rules of calibrate.py's search for that row.
 
-Someone walks 5 to 20 units straight ahead, on the walkway of one of the floors, which pipes leave free, or on the ground
-before the frame, 1 to 12 units from it. The eye is 1.5 to 1.9 units above what is walked on, an arm's length or more from
-all solids, and looks at one thing within the frame, 4 units away or more, at most 30 degrees up or down.
+Someone walks 5 to 20 units straight ahead, on the walkway of one of the floors, which pipes leave free, or on the
+ground before the frame, 1 to 12 units from it. The eye is 1.5 to 1.9 units above what is walked on, an arm's length or
+more from all solids, and looks at one thing within the frame, 4 units away or more, at most 30 degrees up or down.
 
 The light is the sun's or a floodlight's, outside, 20 to 75 degrees high seen from the middle of the plant, and moves
-around it, or a lamp that someone else carries along a walkway. It lights all of the plant: its range reaches at least to
-the farthest corner of the frame, and at most ten times as far.
-
-The frame may have other counts of bays and floors; then as many pipes are left out or added as their triangles make.
+around it, or a lamp that someone else carries along a walkway. It lights all of the plant: its range reaches at least
+to the farthest corner of the frame, and at most ten times as far.
 """
 
 from __future__ import annotations
@@ -26,11 +24,11 @@ KEYFRAMES = 9
 LIGHT_SWEEP = 40.0  # degrees
 WALKWAY = 2.6
 ARMS_LENGTH = 0.5
+AROUND = 1.5  # of the eye, in which solids are looked for
 STRIDES = 10  # from keyframe to keyframe, at which the eye's surroundings are looked at
 STEEPEST = 30.0  # degrees, of a look up or down
 LEAST_VIEW = 4.0
 LAMP_HEIGHT = 1.9
-PIPE, BEAM, REST = 622.0, 24.0, 14_500.0  # triangles of volumes: of a pipe, a beam, and all tanks
 SPACE = {
     "storey": (-1.0, 6.0),  # below 0: on the ground before the frame
     "across": (0.0, 1.0),  # of where one may walk
@@ -49,21 +47,17 @@ SPACE = {
 }
 
 
-def overrides_of(values: Mapping[str, float], triangles: float, mesh: Mapping[str, Any]) -> list[str]:
+def overrides_of(values: Mapping[str, float], mesh: Mapping[str, Any]) -> list[str]:
     """What is searched as overrides of the walkthrough; `mesh`: the parameters of its present one."""
-    layout = dict(mesh) | {key: int(values[key]) for key in ("bays", "floors") if key in values}
-    layout |= {"walkway": WALKWAY}
-    if "bays" in values:
-        layout["pipes"] = _pipes(layout["bays"], layout["floors"], triangles)
-    parameters = Parameters(**layout)
+    parameters = Parameters(**dict(mesh) | {"walkway": WALKWAY})
     eye, target = _eyes(values, parameters), _target(values, parameters)
     light = _lights(values, parameters)
     farthest = np.linalg.norm(_corners(parameters)[:, None] - light, axis=-1).max()
     frames = [
         f"{{eye: {_rounded(own)}, light: {_rounded(lamp)}}}" for own, lamp in zip(eye, light, strict=True)
     ]
-    changed = {f"scene.mesh.parameters.{key}": value for key, value in layout.items()}
-    changed |= {
+    changed = {
+        "scene.mesh.parameters.walkway": WALKWAY,
         "scene.camera.target": _rounded(target),
         "scene.camera.fovy_degrees": f"{values['fovy']:.2f}",
         "shadow_volumes.range": int(np.ceil(farthest * values["range"])),
@@ -72,25 +66,23 @@ def overrides_of(values: Mapping[str, float], triangles: float, mesh: Mapping[st
     return [f"{key}={value}" for key, value in changed.items()]
 
 
-def _pipes(bays: int, floors: int, triangles: float) -> int:
-    """How many make up for what the frame lacks."""
-    lines = bays + 1
-    beams = floors * (lines * lines + 2 * lines * bays + 2 * bays**2)
-    return int((triangles - REST - BEAM * beams) / PIPE)
-
-
 def _eyes(values: Mapping[str, float], parameters: Parameters) -> np.ndarray:
     """float64 [KEYFRAMES, 3]."""
     half = 0.5 * parameters.bays * parameters.bay_size
     storey = min(int(np.floor(values["storey"])), parameters.floors - 1)
-    start = values["start"] * half
-    y = start - np.copysign(values["walk"], start) * np.linspace(0, 1, KEYFRAMES)
+    y = _walk(values["start"] * half, values["walk"], half)
     if storey < 0:
         x, below = -half - 1 - 11 * values["across"], 0.0
     else:
         x = walkway_middle(parameters) + (values["across"] - 0.5) * (WALKWAY - 2 * ARMS_LENGTH)
         below = storey * parameters.bay_size
     return np.stack([np.full_like(y, x), y, np.full_like(y, below + values["eye_height"])], axis=1)
+
+
+def _walk(start: float, length: float, half: float) -> np.ndarray:
+    """From start to the other end, [KEYFRAMES], begun earlier if that is nearer than the walk is long."""
+    begin = np.copysign(max(abs(start), length - half), start)
+    return np.asarray(begin - np.copysign(length, start) * np.linspace(0, 1, KEYFRAMES))
 
 
 def _target(values: Mapping[str, float], parameters: Parameters) -> np.ndarray:
@@ -104,8 +96,7 @@ def _lights(values: Mapping[str, float], parameters: Parameters) -> np.ndarray:
     half, height = 0.5 * parameters.bays * parameters.bay_size, parameters.floors * parameters.bay_size
     time = np.linspace(0, 1, KEYFRAMES)
     if values["lamp"] >= 0.5:
-        start = half * values["light_azimuth"] / 180
-        y = start - np.copysign((values["light_distance"] - 1) * 5 + 5, start) * time
+        y = _walk(half * values["light_azimuth"] / 180, 5 * values["light_distance"], half)
         storey = min(int(values["light_height"] * parameters.floors), parameters.floors - 1)
         z = np.full_like(y, storey * parameters.bay_size + LAMP_HEIGHT)
         return np.stack([np.full_like(y, walkway_middle(parameters)), y, z], axis=1)
@@ -146,13 +137,14 @@ def _way(config: WalkthroughConfig) -> np.ndarray:
 
 
 def clearance(way: np.ndarray, mesh: Mesh) -> float:
-    """Least distance of places [n, 3] from solids, or 1.5 if there are none as near as that."""
-    reach = 1.5
+    """Least distance of places [n, 3] from solids, or AROUND if none is as near as that."""
     assert mesh.objects is not None
     corners = mesh.vertices.astype(np.float64)[mesh.triangles[mesh.objects >= 0]]
-    near = (corners.max(axis=1) >= way.min(axis=0) - reach) & (corners.min(axis=1) <= way.max(axis=0) + reach)
+    near = (corners.max(axis=1) >= way.min(axis=0) - AROUND) & (
+        corners.min(axis=1) <= way.max(axis=0) + AROUND
+    )
     corners = corners[near.all(axis=1)]
-    return min([reach, *(float(_distances(place, corners).min(initial=reach)) for place in way)])
+    return min([AROUND, *(float(_distances(place, corners).min(initial=AROUND)) for place in way)])
 
 
 def _distances(place: np.ndarray, corners: np.ndarray) -> np.ndarray:
