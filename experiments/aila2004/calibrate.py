@@ -3,18 +3,19 @@
 Only the triangle count and the brute-force column of `printed.yaml` are aimed at; what depth bounds and the
 hierarchical algorithm make of a walkthrough is never looked at. A walkthrough is an arc of the eye around what it looks
 at and, where the paper's light moves, an arc of the light (ARCS). The knights' goes nearly all the way round, the light
-the other way, so that light and view meet at every angle; the power plant's view stays between its pipes. Eyes are
-where people's would be: among the knights as high as theirs and at least three units from their middle, in the
-amphitheater within the outermost step, as high above the step or floor below as of someone who sits or stands, and on
-the whole way an arm's length from columns and actors. The amphitheater's light is where a lamp would be: above the
-stage, over the heads. The three units were chosen knowing table 1's depth bounds, the arm's length knowing its
-hierarchical column; see README.md.
+the other way, so that light and view meet at every angle. In the power plant someone walks straight ahead: plant.py has
+the rules, which the walkthrough of table 1 is too old to keep. Eyes are where people's would be: among the knights as
+high as theirs and at least three units from their middle, in the amphitheater within the outermost step, as high above
+the step or floor below as of someone who sits or stands, and on the whole way an arm's length from columns and actors.
+The amphitheater's light is where a lamp would be: above the stage, over the heads. The three units were chosen knowing
+table 1's depth bounds, the arm's length knowing its hierarchical column; see README.md.
 
 What SPACE names is drawn at random, FIRST times anywhere, then in ever smaller surroundings of the best so far; when
 nothing better is found any more, or it is good enough, the search begins anew. What counts is the average over some of
 the frames, drawn at less than full resolution, and of the power plant a quarter of the casters, and scaled by what the
 row's present walkthrough moves as it is. Walkthroughs with less than LEAST_SHADOW of what shows in shadow, or more than
-MOST_SHADOW, do not count: the light must not be inside a caster. Prints each better one as overrides.
+MOST_SHADOW, do not count: the light must not be inside a caster. The power plant's never is, and all may be in shadow
+there. Prints each better one as overrides.
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+import plant
 import yaml
 
 from archsim.config import WalkthroughConfig, load_walkthrough
@@ -79,6 +81,7 @@ class Draft(NamedTuple):
     frames: int = 5
     resolution: str = "[320,256]"
     every: int = 1  # caster that casts a shadow
+    most_shadow: float = MOST_SHADOW
 
     @property
     def overrides(self) -> list[str]:
@@ -88,10 +91,12 @@ class Draft(NamedTuple):
 ARCS = {
     "simple": Arcs(None, 360.0, light_middle=(50.0, -80.0)),
     "knights": Arcs(330.0, -150.0, parameters=(("pose", 22.0),)),
-    "powerplant": Arcs(32.0, 40.0, eye_middle=(6.82, 14.63), keyframes=9),
     "amphitheater": Arcs(None, 0.0, parameters=(("pose", 22.0),), steps=Steps()),
 }
-DRAFTS = {"powerplant": Draft(every=4), "amphitheater": Draft(frames=8, resolution="[640,512]")}
+DRAFTS = {
+    "powerplant": Draft(frames=4, every=4, most_shadow=1.0),
+    "amphitheater": Draft(frames=8, resolution="[640,512]"),
+}
 SPACE = {  # lowest and highest value of what is searched; angles in degrees, the light's distance along the ground
     "simple": {
         "eye_distance": (150.0, 450.0),
@@ -111,17 +116,7 @@ SPACE = {  # lowest and highest value of what is searched; angles in degrees, th
         "mesh.radius": (4.0, 12.0),
         "mesh.ground_half_size": (15.0, 60.0),
     },
-    "powerplant": {
-        "eye_distance": (8.0, 40.0),
-        "eye_azimuth": (-180.0, 180.0),
-        "eye_height": (4.0, 30.0),
-        "target_height": (4.0, 25.0),
-        "fovy": (35.0, 65.0),
-        "light_distance": (25.0, 90.0),
-        "light_azimuth": (-180.0, 180.0),
-        "light_height": (25.0, 90.0),
-        "range": (120.0, 300.0),
-    },
+    "powerplant": plant.SPACE,
     "amphitheater": {
         "eye_share": (0.1, 0.95),  # of the way from the middle of the stage to the outermost step
         "eye_azimuth": (-180.0, 180.0),
@@ -179,9 +174,9 @@ def search(row: str, seconds: float, seed: int) -> Iterator[Found]:
         if best is not None and tried >= FIRST and random.uniform() < 0.9:
             step = random.normal(0, 0.2 * 0.95**stale + 0.01, len(low)) * (high - low)
             place = np.clip(best + step * (random.uniform(size=len(low)) < 0.5), low, high)
-        overrides = overrides_of(dict(zip(space, place, strict=True)), ARCS[row])
+        overrides = _overrides(row, dict(zip(space, place, strict=True)))
         config = load_walkthrough(HERE / f"{row}.yaml", [*overrides, *draft.overrides])
-        if ARCS[row].steps and clearance(config) < ARMS_LENGTH:
+        if not _keeps_rules(row, config):
             continue
         tried, stale = tried + 1, stale + 1
         drawn = []
@@ -192,9 +187,26 @@ def search(row: str, seconds: float, seed: int) -> Iterator[Found]:
             if misfit > HOPELESS * least:
                 break
         shadow = np.mean(drawn, axis=0)[-1]
-        if misfit < least and LEAST_SHADOW <= shadow <= MOST_SHADOW and len(drawn) == config.frames:
+        if misfit < least and LEAST_SHADOW <= shadow <= draft.most_shadow and len(drawn) == config.frames:
             best, least, stale = place, misfit, 0
             yield Found(start, misfit, quantities, overrides)
+
+
+def _overrides(row: str, values: Mapping[str, float]) -> list[str]:
+    if row in ARCS:
+        return overrides_of(values, ARCS[row])
+    scene: Any = load_walkthrough(HERE / f"{row}.yaml").scene
+    return plant.overrides_of(values, scene.mesh.parameters)
+
+
+def _keeps_rules(row: str, config: WalkthroughConfig) -> bool:
+    """Whether eyes are where people's would be, as far as that isn't drawn so."""
+    if row == "powerplant":
+        scene: Any = config.scene
+        mesh = scene.mesh
+        parameters = tuple(mesh.parameters.items())
+        return plant.keeps_rules(config, _meshes(mesh.generator, mesh.seed, parameters, Grouping.PARTS, 1)[0])
+    return not ARCS[row].steps or clearance(config) >= ARMS_LENGTH
 
 
 def _scale(row: str, draft: Draft) -> np.ndarray:
@@ -324,7 +336,7 @@ def _scene(section: Any) -> Scene:
     return load_scene(section.model_copy(update={"mesh": empty}))
 
 
-@lru_cache(maxsize=2)
+@lru_cache(maxsize=4)
 def _meshes(
     generator: str, seed: int, parameters: tuple[tuple[str, float], ...], grouping: Grouping, every: int
 ) -> tuple[Mesh, Mesh]:

@@ -5,6 +5,7 @@ import pytest
 
 from archsim.errors import ArchsimError
 from archsim.scene.generators import GENERATORS, make_mesh
+from archsim.scene.generators.power_plant import HEADROOM
 from archsim.scene.generators.registry import MAX_TRIANGLES
 
 SMALL = {"tube_segments": 30, "tube_sides": 5, "sphere_slices": 6, "sphere_stacks": 4, "num_spheres": 3}
@@ -123,6 +124,29 @@ def test_shadow_casting_objects_of_generated_meshes_are_closed_parts(name):
     for index in range(mesh.objects.max() + 1):
         own = mesh.triangles[mesh.objects == index]
         assert len(own) == 1 or is_closed(own)
+
+
+def test_pipes_leave_walkways_free():
+    size = {"bays": 3, "floors": 2, "pipes": 150, "runs": 4, "tanks": 0, "chimneys": 0}
+    walked, crowded = (make_mesh("power_plant", 2, {**size, **more}) for more in ({"walkway": 2.0}, {}))
+    assert len(walked.triangles) == len(crowded.triangles)
+
+    def in_walkways(mesh):
+        """Points of pipes, a tenth of the way between their rings apart."""
+        pipes = mesh.vertices[-150 * (11 * 12 + 2) :].reshape(150, -1, 3)
+        rings = pipes[:, :-2].reshape(150, 11, 12, 3)
+        share = np.linspace(0, 1, 11)[:, None, None, None, None]
+        points = ((1 - share) * rings[:, :-1] + share * rings[:, 1:]).reshape(-1, 3)
+        return ((np.abs(points[:, 0]) < 1.0) & (points[:, 2] % 6.0 < HEADROOM)).sum()
+
+    assert in_walkways(walked) == 0
+    assert in_walkways(crowded) > 0
+
+
+def test_walkways_as_wide_as_the_plant_leave_no_room():
+    low = {"bays": 1, "floors": 1, "bay_size": 2.0, "pipes": 1, "walkway": 4.0}
+    with pytest.raises(ArchsimError, match="walkways 4 wide leave pipes no room in bays of 2"):
+        make_mesh("power_plant", 0, low)
 
 
 def test_solids_of_a_power_plant_are_dealt_to_objects_place_by_place():

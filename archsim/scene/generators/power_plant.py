@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from archsim.errors import fail
 from archsim.scene.generators.shapes import (
     BOX_TRIANGLES,
     NO_SHADOW,
@@ -39,9 +40,14 @@ class Parameters(NamedTuple):
     chimneys: int = 4
     places: int = 1  # slabs along x, of as many solids each, into whose objects the solids are put
     kinds: int = 1  # objects of a place, to which its solids are dealt in turn
+    walkway: float = (
+        0.0  # width of a passage that pipes leave free on every floor, through a bay in the middle
+    )
 
 
-LOWEST = Parameters(1, 1, 1.0, 0, 1, 3, 1, 0, 3, 0, 1, 1)
+LOWEST = Parameters(1, 1, 1.0, 0, 1, 3, 1, 0, 3, 0, 1, 1, 0.0)
+HEADROOM = 2.5  # of walkways
+MOST_DRAWS = 10_000  # of a pipe's route
 TANK_STACKS = 24
 CHIMNEY_RINGS = 33
 BRACES = 2  # thin boxes across each cell of a floor: gratings
@@ -75,7 +81,7 @@ def make(random: np.random.Generator, parameters: Parameters) -> Mesh:
     flat = np.zeros((GROUND_CELLS + 1, GROUND_CELLS + 1))
     parts = [ground(4.0 * size, GROUND_CELLS, flat), _frame(parameters)]
     if parameters.pipes:
-        routes = [_route(random, parameters) for _ in range(parameters.pipes)]
+        routes = [_clear_route(random, parameters) for _ in range(parameters.pipes)]
         points, radii = (np.array(part) for part in zip(*routes, strict=True))
         parts.append(tubes(points, radii, parameters.pipe_sides))
     if parameters.tanks:
@@ -124,6 +130,31 @@ def _combinations(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
     """All points (x, y, z), z slowest; float [n, 3]."""
     grid = np.meshgrid(z, y, x, indexing="ij")
     return np.stack(grid[::-1], axis=-1).reshape(-1, 3)
+
+
+def walkway_middle(parameters: Parameters) -> float:
+    """x of the walkways, which go along y."""
+    return (parameters.bays // 2 + 0.5 - 0.5 * parameters.bays) * parameters.bay_size
+
+
+def _clear_route(random: np.random.Generator, parameters: Parameters) -> tuple[np.ndarray, float]:
+    """The first of the routes drawn that leaves the walkways free."""
+    for _ in range(MOST_DRAWS):
+        points, radius = _route(random, parameters)
+        if not parameters.walkway or _leaves_walkways(points, radius, parameters):
+            return points, radius
+    raise fail(f"walkways {parameters.walkway:g} wide leave pipes no room in bays of {parameters.bay_size:g}")
+
+
+def _leaves_walkways(points: np.ndarray, radius: float, parameters: Parameters) -> bool:
+    """Whether the boxes around a pipe's pieces meet no walkway."""
+    low = np.minimum(points[:-1], points[1:]) - radius
+    high = np.maximum(points[:-1], points[1:]) + radius
+    middle, half = walkway_middle(parameters), 0.5 * parameters.walkway
+    beside = (low[:, 0] > middle + half) | (high[:, 0] < middle - half)
+    above_floor = low[:, 2] % parameters.bay_size
+    over = (above_floor > HEADROOM) & (above_floor + high[:, 2] - low[:, 2] < parameters.bay_size)
+    return bool((beside | over).all())
 
 
 def _route(random: np.random.Generator, parameters: Parameters) -> tuple[np.ndarray, float]:
