@@ -42,6 +42,29 @@ def favoured(count: int, span_bytes: int, seed: int) -> np.ndarray:
     return accesses(places, WORD_BYTES, draw.random(count) < 0.25)
 
 
+def program(count: int, seed: int) -> np.ndarray:
+    """Instruction fetches that go on or jump back, two in five accesses; the others load and store words."""
+    draw = np.random.default_rng(seed)
+    code = np.zeros(count, np.int64)
+    jumps = np.flatnonzero(draw.random(count) < 0.05)
+    code[jumps] = -draw.integers(1, 200, len(jumps))
+    data = (1 << 20) + (1 << 14) * draw.random(count) ** 4 // WORD_BYTES * WORD_BYTES
+    is_fetch = draw.random(count) < 0.4
+    made = accesses(data.astype(np.int64), WORD_BYTES, draw.random(count) < 0.3)
+    made["address"][is_fetch] = WORD_BYTES * (np.cumsum(code + 1)[is_fetch] % (1 << 12))
+    made["kind"][is_fetch] = Kind.FETCH
+    return made
+
+
+def ragged(count: int, span_bytes: int, most_bytes: int, seed: int) -> np.ndarray:
+    """Any number of bytes anywhere in a span, across one line or many; a third is written, a tenth fetched as code."""
+    draw = np.random.default_rng(seed)
+    made = accesses(draw.integers(0, span_bytes, count), 1, draw.random(count) < 0.35)
+    made["bytes"] = draw.integers(1, most_bytes + 1, count)
+    made["kind"][draw.random(count) < 0.1] = Kind.FETCH
+    return made
+
+
 def exported(run: str, level: str, overrides: list[str]) -> np.ndarray:
     """The requests of a run at a level of its machine, as `archsim trace export` writes them."""
     chunks: list[np.ndarray] = []
