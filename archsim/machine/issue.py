@@ -50,23 +50,37 @@ def make_task(spec: Machine, state: State, cycle):
 @inlined_step
 def issue(spec: Machine, state: State, cycle, core):
     """Let a core that is due in `cycle` catch up, wake threads, and do the operation whose turn it may be."""
+    if turns.is_turn_of_first(state.core, core, cycle):
+        place, turn = turns.issue_first(state.core, core, cycle)
+    else:
+        place, turn = _next_to_operate(spec, state, cycle, core)
+        if place == _NEEDS_TASKS_FIRST:
+            return NEEDS_TASKS
+    if place != NO_THREAD:
+        number = _number_of(state, core, place)
+        turns.leave(state.core, core, number)
+        if not _operate(spec, state, cycle, core, number, turn):
+            return BAD_UNLOCK
+    turns.plan(state.core, core)
+    return PLAYED
+
+
+@inlined_step
+def _next_to_operate(spec, state, cycle, core):
+    """Place and turn of the thread that does its operation in `cycle`, or NO_THREAD; threads wake and take tasks."""
     turns.play_to(state.core, core, cycle)
     turns.join_woken(state.core, cycle, core)
     place, turn = turns.next_in_turn(state.core, core)
     if place != NO_THREAD and _is_at_end(state, core, place, turn):
         place, turn = _pass_ends(spec, state, cycle, core, place, turn)
-        if place == _NEEDS_TASKS_FIRST:
-            return NEEDS_TASKS
-    if place != NO_THREAD:
-        number = _number_of(state, core, place)
-        _charge_empty_slots(spec, state, cycle, core, number)
-        if turns.does_operation(state.core, number, turn):
-            turns.use_slot(state.core, cycle, core, place, turn)
-            turns.leave(state.core, core, number)
-            if not _operate(spec, state, cycle, core, number, turn):
-                return BAD_UNLOCK
-    turns.plan(state.core, core)
-    return PLAYED
+    if place < 0:
+        return place, turn
+    number = _number_of(state, core, place)
+    _charge_empty_slots(spec, state, cycle, core, number)
+    if not turns.does_operation(state.core, number, turn):
+        return NO_THREAD, turn
+    turns.use_slot(state.core, cycle, core, place, turn)
+    return place, turn
 
 
 @inlined_step

@@ -28,45 +28,37 @@ _PLACE = (1 << PLACE_BITS) - 1
 
 
 @inlined_step
-def play_to(state, core, cycle):
-    """Let the core's ready threads, if there are any, issue in turn up to before `cycle`; none does its operation.
-
-    All who wake in `cycle` are known.
-    """
+def is_turn_of_first(state, core, cycle):
+    """Whether in `cycle` nobody wakes and the thread that comes to its operation first does it: it is not an END."""
     owner = state.cores[core]
-    is_turn_of_first = owner["first_slot"] == cycle and owner["next_wake"] != cycle
-    _catch_up(state, core, cycle, is_turn_of_first and not _ends(state, owner))
+    if owner["first_slot"] != cycle or owner["next_wake"] == cycle:
+        return False
+    return state.threads[np.uint32(owner["first_thread"] + (owner["first"] & _PLACE))]["op"] != Op.END
 
 
 @inlined_step
-def _catch_up(state, core, cycle, is_turn_of_first):
-    """The same; whether it is known already that the first operation follows in `cycle`."""
+def issue_first(state, core, cycle):
+    """Let the core's ready threads issue in turn up to that one's operation in `cycle`; its place and turn."""
+    owner = state.cores[core]
+    place, turn = owner["first"] & _PLACE, owner["first"] >> PLACE_BITS
+    owner["useful"] += cycle + 1 - owner["next_slot"]
+    owner["next_slot"] = cycle + 1
+    owner["num_passed"] = num_ready_before(state, core, place) + 1
+    owner["next_place"] = place + 1
+    owner["turn"] = turn
+    owner["played_to"] = cycle
+    return place, turn
+
+
+@inlined_step
+def play_to(state, core, cycle):
+    """Let the core's ready threads, if there are any, issue in turn up to before `cycle`; none does its operation."""
     owner = state.cores[core]
     if owner["played_to"] < cycle and owner["next_slot"] < cycle and owner["num_ready"] > 0:
         owner["useful"] += cycle - owner["next_slot"]
-        if is_turn_of_first:
-            _turn_to_first(state, core)
-        else:
-            _turn(state, core, cycle - owner["next_slot"])
+        _turn(state, core, cycle - owner["next_slot"])
         owner["next_slot"] = cycle
     owner["played_to"] = cycle
-
-
-@inlined_step
-def _ends(state, owner):
-    """Whether the thread that comes to its operation first is at the end of its task."""
-    place = owner["first"] & _PLACE
-    return state.threads[np.uint32(owner["first_thread"] + place)]["op"] == Op.END
-
-
-@inlined_step
-def _turn_to_first(state, core):
-    """It is the turn of the thread that comes to its operation first, and it will issue: nobody becomes ready now."""
-    owner = state.cores[core]
-    place = owner["first"] & _PLACE
-    owner["turn"] = owner["first"] >> PLACE_BITS
-    owner["num_passed"] = num_ready_before(state, core, place)
-    owner["next_place"] = place
 
 
 @inlined_step
@@ -86,7 +78,7 @@ def _turn(state, core, num_slots):
 def play_all_to(state, cycle):
     """Let the ready threads of all cores issue in turn up to before `cycle`, in which any may still wake."""
     for core in range(len(state.cores)):
-        _catch_up(state, core, cycle, False)
+        play_to(state, core, cycle)
 
 
 @inlined_step
@@ -194,6 +186,7 @@ def wake_at(state, cycle, number):
     owner = state.cores[thread["core"]]
     if owner["next_slot"] == cycle:
         join(state, number)
+        owner["first_slot"] = NEVER  # as it was planned without the thread
     else:
         state.wake[np.uint32(cycle & (len(state.wake) - 1)), thread["word"]] |= thread["bit"]
         owner["num_waking"] += 1
