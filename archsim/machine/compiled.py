@@ -204,7 +204,7 @@ def roomy(queues: QueueState, spare_slots: int) -> QueueState:
 def _bad_unlock(state: State) -> ArchsimError:
     """A thread released a lock that it did not hold."""
     number = state.run[0]["culprit"]
-    lock = state.tasks.records[state.core.threads[number]["cursor"] - 1]["address"]
+    lock = _last_operation(state, number)["address"]
     return fail(f"thread {number} unlocks lock {lock}, which it does not hold")
 
 
@@ -222,12 +222,20 @@ def _deadlock(spec: MachineSpec, state: State) -> DeadlockError:
 def _waits_for(spec: MachineSpec, state: State, number: int) -> str:
     """One line on a thread that waits."""
     core, thread = divmod(number, spec.core.num_threads)
-    record = state.tasks.records[state.core.threads[number]["cursor"] - 1]
+    record = _last_operation(state, number)
     operation, address = Op(record["op"]), record["address"]
     if operation != Op.LOCK:
         return f"core {core} thread {thread} waits for its {operation.name} of address {address}"
     holder_core, holder = divmod(int(state.locks.locks[address]["holder"]), spec.core.num_threads)
     return f"core {core} thread {thread} waits for lock {address}, held by core {holder_core} thread {holder}"
+
+
+def _last_operation(state: State, number: int) -> Any:
+    """The record whose operation the thread issued last. EMITs behind it are part of what it goes on with."""
+    records, position = state.tasks.records, int(state.core.threads[number]["cursor"]) - 1
+    while records[position]["op"] == Op.EMIT:
+        position -= 1
+    return records[position]
 
 
 def _counters(spec: MachineSpec, machine: Machine, state: State) -> Counters:

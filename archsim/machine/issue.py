@@ -148,7 +148,7 @@ def _change_task(spec, state, cycle, number, turn):
         return False
     _take(spec, state, thread)
     thread["task"] = task
-    core_model.read_record(thread, state.tasks.records, state.tasks.starts[position])
+    core_model.read_record(state.core, thread, state.tasks.records, state.tasks.starts[position])
     turns.go_on(state.core, number, turn)
     return True
 
@@ -179,7 +179,7 @@ def _operate(spec, state, cycle, core, number, turn):
     thread = state.core.threads[number]
     cursor, op = thread["cursor"], thread["op"]
     address, num_bytes = state.tasks.records[cursor]["address"], state.tasks.records[cursor]["bytes"]
-    core_model.read_record(thread, state.tasks.records, cursor + 1)
+    core_model.read_record(state.core, thread, state.tasks.records, cursor + 1)
     if op == Op.LOAD or op == Op.STORE or op == Op.CLEAR:
         turns.park(state.core, number)
         kind = READ if op == Op.LOAD else WRITE if op == Op.STORE else CLEAR
@@ -190,11 +190,7 @@ def _operate(spec, state, cycle, core, number, turn):
         turns.park(state.core, number)
         return True
     turns.go_on(state.core, number, turn + 1)
-    if op == Op.UNLOCK:
-        return _unlock(state, cycle, address, number)
-    if op == Op.EMIT:
-        state.core.cores[core]["emitted"] += 1
-    return True
+    return op != Op.UNLOCK or _unlock(state, cycle, address, number)
 
 
 @step

@@ -205,11 +205,18 @@ def next_wake(state, cycle, limit):
 
 
 @inlined_step
-def read_record(thread, records, cursor):
-    """The thread goes on with the record at `cursor`."""
+def read_record(state, thread, records, cursor):
+    """The thread goes on with the record at `cursor`. EMITs on the way, which nothing can hold up, are counted now."""
+    cursor = np.uint32(cursor)
+    compute, op = np.int64(records[cursor]["compute"]), np.int64(records[cursor]["op"])
+    while op == Op.EMIT:
+        state.cores[thread["core"]]["emitted"] += 1
+        cursor = np.uint32(cursor + 1)
+        compute += 1 + np.int64(records[cursor]["compute"])
+        op = np.int64(records[cursor]["op"])
     thread["cursor"] = cursor
-    thread["compute"] = records[cursor]["compute"]
-    thread["op"] = records[cursor]["op"]
+    thread["compute"] = compute
+    thread["op"] = op
 
 
 @step

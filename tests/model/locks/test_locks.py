@@ -4,7 +4,7 @@ import pytest
 
 from archsim.errors import ArchsimError, DeadlockError
 from archsim.machine.counters import STALL_LOCK
-from tests.machine.build import CORE, MACHINE, both_models, lock, machine, unlock, work
+from tests.machine.build import CORE, EMIT, MACHINE, both_models, lock, machine, unlock, work
 
 pytestmark = both_models
 
@@ -82,7 +82,7 @@ def test_a_deadlock_says_what_every_thread_waits_for(simulate):
 
 def test_a_lock_that_is_never_given_back_is_a_deadlock(simulate):
     with pytest.raises(DeadlockError, match="core 0 thread 1 waits for lock 0, held by core 0 thread 0"):
-        simulate(machine(num_threads=2), work([lock(0)], [3, lock(0)]))
+        simulate(machine(num_threads=2), work([lock(0)], [3, lock(0), 2, EMIT, EMIT]))
 
 
 def test_asking_twice_is_a_deadlock(simulate):
@@ -98,7 +98,7 @@ def test_a_lock_out_of_range_is_refused(simulate, number):
 
 def test_unlocking_what_another_thread_holds_is_refused(simulate):
     with pytest.raises(ArchsimError, match="lock 1"):
-        simulate(machine(num_threads=2), work([lock(1), 5, unlock(1)], [2, unlock(1)]))
+        simulate(machine(num_threads=2), work([lock(1), 5, unlock(1)], [2, unlock(1), EMIT, 1]))
 
 
 def test_unlocking_a_free_lock_is_refused(simulate):
