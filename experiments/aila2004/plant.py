@@ -15,6 +15,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+import trimesh
 
 from archsim.config import WalkthroughConfig
 from archsim.scene.generators.power_plant import Parameters, walkway_middle
@@ -149,13 +150,5 @@ def clearance(way: np.ndarray, mesh: Mesh) -> float:
 
 def _distances(place: np.ndarray, corners: np.ndarray) -> np.ndarray:
     """Distance [n] of a place from triangles [n, 3, 3]."""
-    sides = np.roll(corners, -1, axis=1) - corners
-    offsets = place - corners
-    along = np.einsum("nci,nci->nc", offsets, sides) / np.maximum((sides**2).sum(axis=-1), 1e-30)
-    nearest = offsets - np.clip(along, 0, 1)[..., None] * sides
-    from_edges = np.linalg.norm(nearest, axis=-1).min(axis=1)
-    normal = np.cross(sides[:, 0], sides[:, 1])
-    length = np.maximum(np.linalg.norm(normal, axis=1), 1e-30)
-    inside = (np.einsum("nci,nci->nc", np.cross(sides, offsets), normal[:, None]) >= 0).all(axis=1)
-    from_plane = np.abs(np.einsum("ni,ni->n", offsets[:, 0], normal)) / length
-    return np.where(inside, from_plane, from_edges)
+    nearest = trimesh.triangles.closest_point(corners, np.broadcast_to(place, (len(corners), 3)))
+    return np.asarray(np.linalg.norm(nearest - place, axis=1))
