@@ -47,9 +47,27 @@ def configuration(spec: DramSpec, interval_clocks: int, folder: Path) -> str:
         or timing.n_rtw != timing.n_cl + spec.burst_clocks + 2 - timing.n_wl
     ):
         raise ValueError("one n_rcd, n_rtw = n_cl + burst + 2 - n_wl")
+    return f"""\
+Frontend: {{impl: LoadStoreTrace, clock_ratio: 1, path: {folder / "trace.txt"}}}
+MemorySystem:
+  impl: GenericDRAM
+  clock_ratio: {interval_clocks}
+  DRAM: {{impl: DDR4, org: {_flow(_organization(spec))}, timing: {_flow(_clocks(spec))}}}
+  AddrMapper: {{impl: RoBaRaCoCh}}
+  Controller:
+    impl: Generic
+    Scheduler: {{impl: FRFCFS}}
+    RefreshManager: {{impl: AllBank}}
+    RowPolicy: {{impl: OpenRowPolicy}}
+    plugins:
+      - ControllerPlugin: {{impl: TraceRecorder, path: {folder / "commands"}}}
+"""
+
+
+def _organization(spec: DramSpec) -> dict[str, int]:
     columns = (1 << spec.group.shift) // spec.beat_bytes
     rows = 1 << spec.row.bits
-    organization = {
+    return {
         "dq": DEVICE_BITS,
         "density": spec.num_banks * rows * columns * DEVICE_BITS >> 20,
         "channel_width": 8 * spec.beat_bytes,
@@ -60,7 +78,11 @@ def configuration(spec: DramSpec, interval_clocks: int, folder: Path) -> str:
         "row": rows,
         "column": columns,
     }
-    clocks = {
+
+
+def _clocks(spec: DramSpec) -> dict[str, int]:
+    timing = spec.timing
+    return {
         "rate": RATE,
         "nBL": spec.burst_clocks,
         "nCL": timing.n_cl,
@@ -82,21 +104,6 @@ def configuration(spec: DramSpec, interval_clocks: int, folder: Path) -> str:
         "nREFI": timing.n_refi,
         "nCS": 2,
     }
-    return f"""\
-Frontend: {{impl: LoadStoreTrace, clock_ratio: 1, path: {folder / "trace.txt"}}}
-MemorySystem:
-  impl: GenericDRAM
-  clock_ratio: {interval_clocks}
-  DRAM: {{impl: DDR4, org: {_flow(organization)}, timing: {_flow(clocks)}}}
-  AddrMapper: {{impl: RoBaRaCoCh}}
-  Controller:
-    impl: Generic
-    Scheduler: {{impl: FRFCFS}}
-    RefreshManager: {{impl: AllBank}}
-    RowPolicy: {{impl: OpenRowPolicy}}
-    plugins:
-      - ControllerPlugin: {{impl: TraceRecorder, path: {folder / "commands"}}}
-"""
 
 
 def _flow(values: dict[str, int]) -> str:
