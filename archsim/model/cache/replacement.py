@@ -1,6 +1,6 @@
-"""Which way of a set gives up its line, compiled: one branch for each policy, on one time of each way.
+"""Which way of a set gives up its line, compiled: one branch for each policy, on one age of each way.
 
-No policy costs anything at a hit but that time: the bits of a pseudo-LRU tree follow from it. A node points away
+No policy costs anything at a hit but that age: the bits of a pseudo-LRU tree follow from it. A node points away
 from its half that was used last, so to the half whose last use is longer ago.
 """
 
@@ -13,7 +13,9 @@ from archsim.model.compiled import record
 NO_WAY = -1
 INVALID = -(1 << 62)  # tag of a way without a line
 _WORD = 0xFFFFFFFF
-_WAY_BITS = 22  # of a way's number, below its age, so that finding the oldest needs no branches
+# The oldest way of a set is the least of one integer a way, so that finding it needs no branches: from its lowest bit
+# on, the way's number, its age, COMING. A set has at most 2**22 ways, a cache is asked at most 2**40 times.
+_WAY_BITS = 22
 COMING = 1 << 40  # in the age of a way of which a sector is on its way
 
 WAY = record(
