@@ -9,8 +9,9 @@ from __future__ import annotations
 import numpy as np
 
 from archsim.jit import njit
+from archsim.machine.dram_side import dram_may_wait, play_dram
 from archsim.machine.issue import BAD_UNLOCK, NEEDS_TASKS, PLAYED, issue, make_task, source_due
-from archsim.machine.memory import deliver_due, dram_may_wait, look_up_due, play_dram
+from archsim.machine.memory import deliver_due, look_up_due
 from archsim.machine.state import Machine, State
 from archsim.model.compiled import NEVER, inlined_step
 from archsim.model.core.compiled_turns import play_all_to

@@ -7,7 +7,8 @@ does no harm.
 from __future__ import annotations
 
 from archsim.jit import njit
-from archsim.machine.memory import deliver_due, look_up_due, play_dram
+from archsim.machine.dram_side import play_dram
+from archsim.machine.memory import deliver_due, look_up_due
 from archsim.machine.pipeline import accesses, back, front
 from archsim.machine.pipeline.channels import rouse_stream
 from archsim.machine.pipeline.front import NEEDS_WORK
