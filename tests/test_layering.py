@@ -14,6 +14,7 @@ NAMES = [path.relative_to(PACKAGE).as_posix() for path in SOURCES]
 # What may import what: a part imports itself and parts of lower layers, or others of its own layer.
 LAYERS = [
     ["units", "jit", "errors", "resources"],
+    ["lanes"],
     ["isa", "config", "observe"],
     ["shadow", "shadow_volumes", "raster", "lograster", "codec", "shadowmap", "scene", "execute", "trace"],
     ["model"],

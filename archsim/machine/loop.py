@@ -35,14 +35,11 @@ def play(spec: Machine, state: State):
                 play_all_to(state.core, cycle)
                 return PAUSED
             _begin(spec, state, cycle)
-        state.core.next_due[0] = NEVER
-        for core in range(spec.core.num_cores):
-            if state.core.due[core] <= cycle:
-                status = issue(spec, state, cycle, np.uint32(core))
-                if status != PLAYED:
-                    run["cycle"] = cycle
-                    return status
-            state.core.next_due[0] = min(state.core.next_due[0], state.core.due[core])
+        if state.core.next_due[0] <= cycle:
+            status = _issue_due(spec, state, cycle)
+            if status != PLAYED:
+                run["cycle"] = cycle
+                return status
 
         due = state.core.next_due[0]
         if run["horizon"] > cycle and run["horizon"] >= due and dram_may_wait(spec, state, due):
@@ -63,6 +60,22 @@ def _begin(spec, state, cycle):
         deliver_due(spec, state, cycle)
     if source_due(spec, state) <= cycle:
         make_task(spec, state, cycle)
+
+
+@inlined_step
+def _issue_due(spec, state, cycle):
+    """The cores that are due in `cycle` issue, and when the next one is due is found out; what became of the last."""
+    next_due, soonest = state.core.next_due, NEVER
+    next_due[0] = NEVER
+    for core in range(spec.core.num_cores):
+        if state.core.due[core] <= cycle:
+            status = issue(spec, state, cycle, np.uint32(core))
+            if status != PLAYED:
+                next_due[0] = cycle
+                return status
+        soonest = min(soonest, state.core.due[core])
+    next_due[0] = min(next_due[0], soonest)
+    return PLAYED
 
 
 @inlined_step

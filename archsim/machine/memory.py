@@ -5,6 +5,8 @@ A requester is a thread (its number, from 0 up) or the MSHR of a child cache (be
 
 from __future__ import annotations
 
+import numpy as np
+
 from archsim.machine import waits
 from archsim.machine.counters import STALL_MEMORY
 from archsim.machine.state import Machine, State
@@ -49,46 +51,50 @@ def access(spec: Machine, state: State, cycle, core, request):
 
 @inlined_step
 def look_up_due(spec: Machine, state: State, cycle):
-    """Play the lookups of `cycle` and find out when the next one is; whom a cache sends to comes after it."""
-    caches, next_lookup = state.cache.caches, NEVER
-    for cache in range(len(caches)):
-        if caches[cache]["lookup_due"] <= cycle:
-            _look_up(spec, state, cycle, cache)
-    for cache in range(len(caches)):
-        next_lookup = min(next_lookup, caches[cache]["lookup_due"])
-    state.run[0]["next_lookup"] = next_lookup
+    """Play the lookups of `cycle` and find out when the next one is; whom a cache sends to comes after it.
+
+    One loop, not one for each cache's ports: that would prepare for all that can happen at a lookup.
+    """
+    caches, run = state.cache.caches, state.run[0]
+    cache, num_done, next_lookup = 0, 0, NEVER
+    run["next_lookup"] = NEVER
+    while cache < len(caches):
+        due = caches[cache]["lookup_due"]
+        if due <= cycle:
+            num_done += 1
+            _look_up(spec, state, cycle, np.uint32(cache), num_done == spec.caches[cache]["num_ports"])
+        else:
+            next_lookup = min(next_lookup, due)
+            cache, num_done = cache + 1, 0
+    run["next_lookup"] = min(run["next_lookup"], next_lookup)
 
 
 @inlined_step
-def _look_up(spec, state, cycle, cache):
-    """The cache accepts arrived requests in `cycle` while it has ports and nothing is refused."""
-    inbox, owner = state.cache.inbox, state.cache.caches[cache]
+def _look_up(spec, state, cycle, cache, is_last):
+    """The cache looks up its next request in `cycle`, in which it has none to look up after the last."""
+    inbox, owner, one = state.cache.inbox, state.cache.caches[cache], spec.caches[cache]
     cache_model.end_block(owner, cycle)
-    for _ in range(spec.caches[cache]["num_ports"]):
-        waiting = queue_model.oldest(inbox, cache)
-        if queue_model.num_items(inbox, cache) == 0 or waiting["arrival"] > cycle:
-            break
-        position = 0
-        if spec.caches[cache]["arbiter"] != Arbiter.ARRIVAL:
-            position = arbitration.chosen(spec.caches[cache], owner, inbox, cache, cycle)
-            waiting = inbox.items[cache, queue_model.slot_of(inbox, cache, position)]
-        request = Request(waiting["address"], waiting["bytes"], waiting["kind"], waiting["requester"])
-        outcome = _accept(spec, state, cycle, cache, request)
-        if outcome == REFUSED:
-            owner["blocked_since"] = cycle
-            owner["lookup_due"] = _next_try(spec, state, cycle, cache)
-            return
-        if waiting["arrival"] < cycle and request.kind != WRITEBACK:
-            _note_accepted(spec, state, cycle, cache, (waiting, outcome))
-        owner["last_sender"] = waiting["rank"]
-        if position == 0:
-            queue_model.drop_oldest(inbox, cache)
-        else:
-            queue_model.remove(inbox, cache, position)
+    position = 0
+    if one["arbiter"] != Arbiter.ARRIVAL:
+        position = arbitration.chosen(one, owner, inbox, cache, cycle)
+    waiting = inbox.items[cache, queue_model.slot_of(inbox, cache, position)]
+    request = Request(waiting["address"], waiting["bytes"], waiting["kind"], waiting["requester"])
+    outcome = _accept(spec, state, cycle, cache, request)
+    if outcome == REFUSED:
+        owner["blocked_since"] = cycle
+        owner["lookup_due"] = _next_try(spec, state, cycle, cache)
+        return
+    if waiting["arrival"] < cycle and request.kind != WRITEBACK:
+        _note_accepted(spec, state, cycle, cache, (waiting, outcome))
+    owner["last_sender"] = waiting["rank"]
+    if position == 0:
+        queue_model.drop_oldest(inbox, cache)
+    else:
+        queue_model.remove(inbox, cache, position)
 
     due = NEVER
     if queue_model.num_items(inbox, cache) > 0:
-        due = max(queue_model.oldest(inbox, cache)["arrival"], cycle + 1)
+        due = max(queue_model.oldest(inbox, cache)["arrival"], cycle + 1 if is_last else cycle)
     owner["lookup_due"] = due
 
 
@@ -207,6 +213,7 @@ def _take_write(state, cycle, child):
     owner["waiting_writes"] -= 1
     if owner["blocked_since"] != NOT_BLOCKED:
         owner["lookup_due"] = min(owner["lookup_due"], cycle + 1)
+        state.run[0]["next_lookup"] = min(state.run[0]["next_lookup"], cycle + 1)
 
 
 @inlined_step

@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from archsim.jit import bit_length, lowest_bit
+from archsim.lanes import LANES, equal_lanes
 from archsim.model.cache import compiled_clear
 from archsim.model.cache.compiled_state import (
     CLEAR,
@@ -22,7 +23,7 @@ from archsim.model.cache.compiled_state import (
     REFUSED,
     WRITEBACK,
 )
-from archsim.model.cache.replacement import COMING, INVALID, NO_WAY, use, victim
+from archsim.model.cache.replacement import COMING, INVALID, NO_WAY, age, use, victim
 from archsim.model.cache.spec import DRAM_PARENT
 from archsim.model.causes import AtCache
 from archsim.model.compiled import inlined_step, step
@@ -63,11 +64,11 @@ def find(spec, state, cache, request):
     """Set and way of the request's line; NO_WAY if neither it nor a part of it is here or on its way."""
     line = request.address >> spec[cache]["line_shift"]
     row = _row_of(spec[cache], line)
-    found = NO_WAY
-    for number in range(spec[cache]["num_ways"]):
-        tag = state.tags[row, number]
-        found = number if (tag == line) | (tag == ~line) else found
-    return row, found
+    for first in range(0, spec[cache]["num_ways"], LANES):
+        found = equal_lanes(state.tags, row, first, line, ~line)
+        if found != 0:
+            return row, first + lowest_bit(found)
+    return row, NO_WAY
 
 
 @inlined_step
@@ -249,7 +250,7 @@ def _replace(spec, state, owner, place, request):
         owner["victim"] = max(tag, ~tag)
         owner["victim_dirty"] = way["dirty"]
     state.tags[place] = ~(request.address >> spec["line_shift"])
-    state.ages[place] = owner["num_lookups"] + 1
+    state.ages[place] = age(owner["num_lookups"] + 1, place[1])
     way["present"], way["dirty"] = 0, 0
 
 
@@ -324,7 +325,7 @@ def _clear(spec, state, cache, request):
             first = max(tag, ~tag) << spec["line_shift"]
             is_within = start <= first and first + (1 << spec["line_shift"]) <= end
             if tag != INVALID and is_within and way["coming"] == 0:
-                state.tags[row, number], state.ages[row, number] = INVALID, 0
+                state.tags[row, number], state.ages[row, number] = INVALID, age(0, number)
                 way["present"], way["dirty"] = 0, 0
 
 

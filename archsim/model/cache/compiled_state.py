@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from archsim.model.cache import compiled_clear
-from archsim.model.cache.replacement import INVALID, WAY
+from archsim.model.cache.replacement import INVALID, WAY, new_ages
 from archsim.model.cache.spec import DRAM_PARENT, CacheSpec, WritePolicy
 from archsim.model.compiled import NEVER, QueueState, new_queues, record
 
@@ -102,13 +102,16 @@ SEEN_AT_ONCE = 1 << 16  # requests that are kept until they are told
 
 
 class CacheState(NamedTuple):
-    """K caches, R sets of all caches, at most A ways a set and S sectors a line, M MSHRs a cache, T targets an MSHR."""
+    """K caches, R sets of all caches, at most A ways a set and S sectors a line, M MSHRs a cache, T targets an MSHR.
+
+    A' is A, padded to LANES.
+    """
 
     caches: np.ndarray  # CACHE [K]
     tags: (
         np.ndarray
-    )  # [R, A] line number if all of the line is present, else its complement; INVALID without a line
-    ages: np.ndarray  # [R, A] request that used the line last, see `victim`
+    )  # [R, A'] line number if all of the line is present, else its complement; INVALID without a line
+    ages: np.ndarray  # [R, A'] see `victim`
     ways: np.ndarray  # WAY [R, A]
     fetching: np.ndarray  # uint32 [R, A, S] MSHR of a sector on its way
     mshrs: np.ndarray  # MSHR [K, M]
@@ -186,15 +189,16 @@ def new_caches(
     owners["lookup_due"] = NEVER
     owners["blocked_since"] = NOT_BLOCKED
     owners["last_sender"] = -1
-    num_sets = sum(int(mask) + 1 for mask in spec["set_mask"])
+    ages = new_ages(np.repeat(spec["num_ways"], spec["set_mask"] + np.int64(1)))
+    num_sets = len(ages)
     mshrs = np.zeros((num_caches, num_mshrs), MSHR)
     mshrs["free"] = np.arange(num_mshrs)
     is_watched = np.zeros(num_caches + 1, np.bool_)
     is_watched[list(watched)] = True
     return CacheState(
         caches=owners,
-        tags=np.full((num_sets, num_ways), INVALID),
-        ages=np.zeros((num_sets, num_ways), np.int64),
+        tags=np.full(ages.shape, INVALID),
+        ages=ages,
         ways=np.zeros((num_sets, num_ways), WAY),
         fetching=np.zeros((num_sets, num_ways, num_sectors), np.uint32),
         mshrs=mshrs,

@@ -14,9 +14,9 @@ from typing import NamedTuple
 import numpy as np
 
 from archsim.jit import compiled, inlined
-from archsim.model.cache.replacement import INVALID, NO_WAY, WAY, use, victim
+from archsim.model.cache.replacement import COMING, INVALID, NO_WAY, UNUSED, WAY, age, new_ages, use, victim
 from archsim.model.cache.spec import MAX_SECTORS, CacheSpec, VictimOrder, WritePolicy
-from archsim.model.compiled import NEVER, record
+from archsim.model.compiled import record
 
 _LEVEL = record(
     "first_set",  # where the level's sets begin among those of all levels
@@ -76,15 +76,15 @@ def new_chain(caches: Sequence[CacheSpec]) -> Chain:
     levels["writes_through"] = [cache.write_policy == WritePolicy.WRITE_THROUGH for cache in caches]
 
     num_sets = sum(cache.num_sets for cache in caches)
-    places = (num_sets, max(cache.num_ways for cache in caches))
+    ages = new_ages(np.repeat(levels["num_ways"], levels["set_mask"] + 1))
     return Chain(
         levels=levels,
         counts=np.zeros(len(caches) + 1, _COUNTS),
         uses=np.zeros(len(caches), np.int64),
         last_way=np.zeros(num_sets, np.int64),
-        tags=np.full(places, INVALID),
-        ages=np.zeros(places, np.int64),
-        ways=np.zeros(places, WAY),
+        tags=np.full(ages.shape, INVALID),
+        ages=ages,
+        ways=np.zeros(ages.shape, WAY),
         pending=np.zeros((len(caches) + 1) * (MAX_SECTORS // 2 + 3), _REQUEST),
         num_pending=np.zeros(1, np.int64),
     )
@@ -109,7 +109,7 @@ def copy_back(chain):
     for level in range(len(chain.levels)):
         one = chain.levels[level]
         for row in range(one["first_set"] + one["set_mask"], one["first_set"] - 1, -1):
-            way = _next_in_time(one, chain.ages[row], 0)
+            way = _next_in_time(one, chain.ages[row], UNUSED)
             while way != NO_WAY:
                 _send_dirty(chain, level, row, way)
                 _settle(chain)
@@ -119,7 +119,7 @@ def copy_back(chain):
 @inlined
 def _next_in_time(one, ages, before):
     """The way whose line has the earliest time after `before`, or NO_WAY."""
-    found, earliest = NO_WAY, NEVER
+    found, earliest = NO_WAY, COMING
     for number in range(one["num_ways"]):
         if before < ages[number] < earliest:
             found, earliest = number, ages[number]
@@ -253,7 +253,7 @@ def _miss(chain, level, row, way, touched, address, num_bytes, is_write):
 
     if dirty_way != NO_WAY:
         chain.tags[row, way] = address >> one["line_shift"]
-        chain.ages[row, way] = chain.uses[level]
+        chain.ages[row, way] = age(chain.uses[level], way)
         chain.ways[row, way]["present"] = 0
     if way != NO_WAY:
         chain.ways[row, way]["present"] |= touched

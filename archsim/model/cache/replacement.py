@@ -6,17 +6,22 @@ from its half that was used last, so to the half whose last use is longer ago.
 
 from __future__ import annotations
 
+import numpy as np
+
 from archsim.jit import inlined
+from archsim.lanes import LANES, least_lane, padded
 from archsim.model.cache.spec import Replacement
 from archsim.model.compiled import record
 
 NO_WAY = -1
 INVALID = -(1 << 62)  # tag of a way without a line
 _WORD = 0xFFFFFFFF
-# The oldest way of a set is the least of one integer a way, so that finding it needs no branches: from its lowest bit
-# on, the way's number, its age, COMING. A set has at most 2**22 ways, a cache is asked at most 2**40 times.
+# The oldest way of a set is that of the least age, so that finding it needs no branches: an age has, from its lowest
+# bit on, the way's number, a request's, COMING. A set has at most 2**22 ways, a cache is asked at most 2**40 times.
 _WAY_BITS = 22
-COMING = 1 << 40  # in the age of a way of which a sector is on its way
+COMING = 1 << 62  # in the age of a way of which a sector is on its way
+_NO_AGE = (1 << 63) - 1  # of the ways that a set lacks to a multiple of LANES
+UNUSED = (1 << _WAY_BITS) - 1  # ages up to this are of ways without a line
 
 WAY = record(
     indices=(  # a bit for each sector
@@ -27,19 +32,31 @@ WAY = record(
 )
 
 
+def new_ages(num_ways: np.ndarray) -> np.ndarray:
+    """[R, A] the ages of ways without a line, A a multiple of LANES. `num_ways`: [R] of each set."""
+    ways = np.arange(padded(int(num_ways.max(initial=0))))
+    return np.where(ways < num_ways[:, None], ways, _NO_AGE)
+
+
+@inlined
+def age(count, way):
+    """The age of the way whose line request number `count` uses; 0: it has no line."""
+    return count << _WAY_BITS | np.int64(way)
+
+
 @inlined
 def use(spec, ages, place, count):
     """Request number `count`, from 1 up, uses the line in this way, which has been here before."""
     if spec["replacement"] != Replacement.FIFO:
-        ages[place] = ages[place] & COMING | count
+        ages[place] = ages[place] & COMING | age(count, place[1])
 
 
 @inlined
 def victim(spec, tags, ages, row, count):
     """The way of set `row` for the line of request number `count`, NO_WAY if all are on their way.
 
-    `spec` has replacement, num_ways and seed; tags and ages are [R, A]. A way's age is the number of the request that
-    used its line last (FIFO: that brought it), 0 without a line, with the bit COMING.
+    `spec` has replacement, num_ways and seed; tags and ages are [R, A]. A way's age is that of the request that used
+    its line last (FIFO: that brought it), with the bit COMING.
     """
     if spec["replacement"] == Replacement.LRU or spec["replacement"] == Replacement.FIFO:
         return _oldest(spec, ages, row)
@@ -56,10 +73,10 @@ def victim(spec, tags, ages, row, count):
 @inlined
 def _oldest(spec, ages, row):
     """The first invalid way, else that of the line longest unused, or longest here."""
-    oldest = COMING << _WAY_BITS
-    for way in range(spec["num_ways"]):
-        oldest = min(oldest, (ages[row, way] << _WAY_BITS) + way)
-    return oldest & ((1 << _WAY_BITS) - 1) if oldest < COMING << _WAY_BITS else NO_WAY
+    oldest = _NO_AGE
+    for first in range(0, spec["num_ways"], LANES):
+        oldest = min(oldest, least_lane(ages, row, first, LANES))
+    return oldest & UNUSED if oldest < COMING else NO_WAY
 
 
 @inlined

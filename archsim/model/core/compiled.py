@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from archsim.jit import lowest_bit, num_bits
+from archsim.lanes import padded
 from archsim.model.compiled import NEVER, inlined_step, record, step
 from archsim.model.core.spec import CoreSpec, TaskOrder
 from archsim.trace.records import Op
@@ -63,12 +64,15 @@ CORE = record(*_CORE_FIELDS, indices=_CORE_INDICES)
 
 
 class CoreState(NamedTuple):
-    """C cores, N threads of all cores, W words to a set of all cores' threads; every core begins a new word."""
+    """C cores, N threads of all cores, W words to a set of all cores' threads; every core begins a new word.
+
+    T is the number of threads of a core, padded to LANES.
+    """
 
     threads: np.ndarray  # THREAD [N]
     turns: (
         np.ndarray
-    )  # [N] turn in which the thread, if it is ready, does its operation, and its place; or PARKED
+    )  # [C, T] turn in which a core's thread, if it is ready, does its operation, and its place; or PARKED
     cores: np.ndarray  # CORE [C]
     due: np.ndarray  # [C] core cycle in which a thread wakes or does its operation, or NEVER
     next_due: np.ndarray  # [1] the first of them, when all cores have been looked at
@@ -98,6 +102,8 @@ def new_cores(spec: CoreSpec, num_reasons: int, longest_wake_cycles: int) -> Cor
     threads["reason"] = _NO_WORK
     ready = np.zeros(num_words, np.int64)
     np.bitwise_or.at(ready, threads["word"], threads["bit"])
+    turns = np.full((spec.num_cores, padded(spec.num_threads)), PARKED)
+    turns[core, place] = place
     cores = np.zeros(spec.num_cores, CORE)
     cores["first_word"] = np.arange(spec.num_cores) * words_per_core
     cores["num_words"] = words_per_core
@@ -107,7 +113,7 @@ def new_cores(spec: CoreSpec, num_reasons: int, longest_wake_cycles: int) -> Cor
     cores["next_wake"] = NEVER
     return CoreState(
         threads=threads,
-        turns=place.astype(np.int64),
+        turns=turns,
         cores=cores,
         due=np.zeros(spec.num_cores, np.int64),
         next_due=np.zeros(1, np.int64),

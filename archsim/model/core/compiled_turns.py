@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from archsim.jit import lowest_bit, num_bits
+from archsim.lanes import LANES, least_lane
 from archsim.model.compiled import NEVER, inlined_step, step
 from archsim.model.core.compiled import (
     NO_THREAD,
@@ -96,8 +97,9 @@ def go_on(state, number, turn):
     """The thread, at `turn`, goes on with the record that it has read."""
     thread = state.threads[number]
     owner = state.cores[thread["core"]]
-    state.turns[number] = ((turn + thread["compute"]) << PLACE_BITS) + np.int64(thread["place"])
-    owner["first"] = min(owner["first"], state.turns[number])
+    own = ((turn + thread["compute"]) << PLACE_BITS) + np.int64(thread["place"])
+    state.turns[thread["core"], thread["place"]] = own
+    owner["first"] = min(owner["first"], own)
 
 
 @inlined_step
@@ -106,22 +108,24 @@ def leave(state, core, number):
 
     What was just written is slow to read again, so they are looked through before, not after.
     """
-    owner, first = state.cores[core], PARKED
-    for other in range(owner["first_thread"], owner["first_thread"] + owner["num_threads"]):
-        first = min(first, PARKED if other == number else state.turns[other])
+    owner, first, place = state.cores[core], PARKED, np.int64(state.threads[number]["place"])
+    for start in range(0, owner["num_threads"], LANES):
+        first = min(first, least_lane(state.turns, core, start, place - start))
     owner["first"] = first
 
 
 @inlined_step
 def come_back(state, core, number):
     """The thread has not done its operation after all."""
-    state.cores[core]["first"] = min(state.cores[core]["first"], state.turns[number])
+    own = state.turns[core, state.threads[number]["place"]]
+    state.cores[core]["first"] = min(state.cores[core]["first"], own)
 
 
 @inlined_step
 def does_operation(state, number, turn):
     """Whether the thread has nothing left to compute at `turn`."""
-    return state.turns[number] >> PLACE_BITS == turn
+    thread = state.threads[number]
+    return state.turns[thread["core"], thread["place"]] >> PLACE_BITS == turn
 
 
 @inlined_step
@@ -153,7 +157,7 @@ def park(state, number):
     thread = state.threads[number]
     owner = state.cores[thread["core"]]
     state.ready[thread["word"]] &= ~thread["bit"]
-    state.turns[number] = PARKED
+    state.turns[thread["core"], thread["place"]] = PARKED
     owner["num_ready"] -= 1
     owner["num_passed"] -= 1 if thread["place"] < owner["next_place"] else 0
 
