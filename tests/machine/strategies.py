@@ -135,7 +135,7 @@ def policies(draw: st.DrawFn, line_bytes: int, least_sector: int) -> dict[str, A
 def caches(draw: st.DrawFn, line_bytes: int, parent: int) -> CacheSpec:
     return CacheSpec(
         num_sets=draw(st.sampled_from([1, 2, 4])),
-        num_ways=draw(small(3)),
+        num_ways=draw(small(3) if draw(small(4)) > 1 else st.sampled_from([9, 17])),  # or more than LANES
         line_bytes=line_bytes,
         hit_cycles=draw(small(4)),
         num_mshrs=draw(small(4)),

@@ -33,7 +33,7 @@ def levels(draw: st.DrawFn) -> CacheSpec:
     line = draw(st.sampled_from([4, 8, 16, 32]))
     return CACHE._replace(
         num_sets=draw(st.sampled_from([1, 2, 4])),
-        num_ways=draw(st.integers(1, 5)),
+        num_ways=draw(st.integers(1, 5) | st.sampled_from([9, 17])),
         line_bytes=line,
         num_sectors=draw(st.sampled_from([n for n in (1, 2, 4, 8) if n <= line])),
         replacement=draw(st.sampled_from([Replacement.LRU, Replacement.FIFO])),

@@ -22,7 +22,7 @@ def levels(draw: st.DrawFn) -> CacheSpec:
     line = draw(st.sampled_from([8, 16, 32]))
     return CACHE._replace(
         num_sets=draw(st.sampled_from([1, 2, 4])),
-        num_ways=draw(st.sampled_from([1, 2, 4])),
+        num_ways=draw(st.sampled_from([1, 2, 4, 16])),
         line_bytes=line,
         num_sectors=draw(st.sampled_from([n for n in (1, 2, 4) if line // n >= 8])),
         hit_cycles=draw(st.integers(1, 5)),
