@@ -1,7 +1,7 @@
 """Eight numbers of a table at a time, side by side in one register of the host, without a branch.
 
-A row is looked through in steps of LANES, so it is as long as a multiple of that: `padded`. Asked for one number or
-the other of a row, LLVM's own vectors come with loops before and behind for rows of any length.
+A row is looked through in steps of LANES, so its length is a multiple of that: see `padded`. LLVM would make vectors of
+a loop by itself, but for rows of any length: with loops before and behind.
 """
 
 from __future__ import annotations

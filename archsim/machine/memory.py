@@ -71,7 +71,10 @@ def look_up_due(spec: Machine, state: State, cycle):
 
 @inlined_step
 def _look_up(spec, state, cycle, cache, is_last):
-    """The cache looks up its next request in `cycle`, in which it has none to look up after the last."""
+    """The cache looks up its next request in `cycle`, the last one for which it has a port if `is_last`.
+
+    One has arrived: a lookup is due only when a request comes, or when one that was refused may be accepted.
+    """
     inbox, owner, one = state.cache.inbox, state.cache.caches[cache], spec.caches[cache]
     cache_model.end_block(owner, cycle)
     position = 0

@@ -74,7 +74,7 @@ def costs_of(counts: Path) -> dict[int, Costs]:
                 address += int(place, 0)
             elif place != "*":
                 address = int(place, 0)
-            if not is_call:
+            if not is_call:  # zeros at the end of a line are left out
                 costs[address].update(dict(zip(events, map(int, values), strict=False)))
             is_call = False
     return costs
@@ -94,7 +94,7 @@ def inlined_at(code: Path, offsets: list[int]) -> Iterator[list[str]]:
 
 
 def name_of(symbol: str) -> str:
-    """The last two names of a mangled one: the module's and the function's."""
+    """The last two names of a mangled one, the module's and the function's; empty for code that is not `play`'s."""
     names, place = [], 3
     while (length := re.match(r"\d+", symbol[place:])) is not None:
         place += length.end()
@@ -112,34 +112,34 @@ def show(tree: dict[tuple[str, ...], Costs], path: tuple[str, ...], instructions
         show(tree, one, instructions, least)
 
 
+def measured(phase: str, num_chunks: int) -> tuple[dict[tuple[str, ...], Costs], int]:
+    """What each path of inlined functions costs with all below it, and the simulated instructions that were played."""
+    with tempfile.TemporaryDirectory() as name:
+        code, counts = Path(name) / "play.o", Path(name) / "callgrind.out"
+        command = [sys.executable, __file__, PLAYER, phase, str(num_chunks), str(code)]
+        # A cache of its own: numba does not tell code with debug information from code without.
+        environment = {**os.environ, **PROCESSOR, "ARCHSIM_CACHE_DIR": name}
+        # Compiles. Under valgrind that would take an hour.
+        subprocess.run(command, env=environment, check=True)
+        valgrind = [*CALLGRIND, *CACHES, f"--callgrind-out-file={counts}"]
+        subprocess.run([*valgrind, *command], env=environment, check=True, capture_output=True)
+        address, instructions = map(int, code.with_suffix(".txt").read_text().split())
+        costs = {place - address: cost for place, cost in costs_of(counts).items() if place >= address}
+        near = sorted(offset for offset in costs if offset < code.stat().st_size)
+        tree: dict[tuple[str, ...], Costs] = defaultdict(Counter)
+        for offset, names in zip(near, inlined_at(code, near), strict=True):
+            for depth in range(1, len(names) + 1 if all(names) else 1):
+                tree[tuple(names[:depth])].update(costs[offset])
+    return tree, instructions
+
+
 def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("phase", choices=["izb_build", "izb_raster"])
     parser.add_argument("--chunks", type=int, default=1)
     parser.add_argument("--least", type=float, default=2.0, help="instructions per simulated one")
     asked = parser.parse_args()
-    with tempfile.TemporaryDirectory() as name:
-        code, counts = Path(name) / "play.o", Path(name) / "callgrind.out"
-        command = [sys.executable, __file__, PLAYER, asked.phase, str(asked.chunks), str(code)]
-        environment = {
-            **os.environ,
-            **PROCESSOR,
-            "ARCHSIM_CACHE_DIR": name,
-        }  # numba's key has no debug information
-        subprocess.run(
-            command, env=environment, check=True
-        )  # compiles, which under valgrind would take an hour
-        outcome = [f"--callgrind-out-file={counts}"]
-        subprocess.run(
-            [*CALLGRIND, *CACHES, *outcome, *command], env=environment, check=True, capture_output=True
-        )
-        address, instructions = map(int, code.with_suffix(".txt").read_text().split())
-        costs = {place - address: cost for place, cost in costs_of(counts).items() if place >= address}
-        inside = sorted(offset for offset in costs if offset < code.stat().st_size)
-        tree: dict[tuple[str, ...], Costs] = defaultdict(Counter)
-        for offset, names in zip(inside, inlined_at(code, inside), strict=True):
-            for depth in range(1, len(names) + 1):
-                tree[tuple(names[:depth])].update(costs[offset])
+    tree, instructions = measured(asked.phase, asked.chunks)
     print(f"{'per simulated instruction':70}{''.join(f'{title:>13}' for title in COLUMNS)}")
     show(tree, (), instructions, asked.least)
 

@@ -1,4 +1,7 @@
-"""The work that `archsim bench` plays, made once, to be played again and again: of each phase its machine and tasks."""
+"""The work that `archsim bench` plays, made once, to be played again and again: of each phase its machine and tasks.
+
+It calls what checkouts of some time ago have too, so that `in_turn.py` can compare with them.
+"""
 
 from __future__ import annotations
 

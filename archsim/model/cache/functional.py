@@ -51,7 +51,10 @@ _COUNTS = record(*LevelCounts._fields)
 
 
 class Chain(NamedTuple):
-    """L levels, the first one asked, the memory behind the last; R sets of all levels, at most A ways a set."""
+    """L levels, the first one asked, the memory behind the last; R sets of all levels, at most A ways a set.
+
+    A is padded to LANES.
+    """
 
     levels: np.ndarray  # _LEVEL [L]
     counts: np.ndarray  # _COUNTS [L + 1] the last for the memory
